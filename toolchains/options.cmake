@@ -22,9 +22,24 @@ if(TACTUS_SANITIZE)
   add_compile_options(-fsanitize=${sanitizers} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   add_link_options(-fsanitize=${sanitizers})
 endif()
+if(TACTUS_BUILD_FUZZERS)
+  if(NOT CMAKE_CXX_COMPILER_ID MATCHES Clang)
+    message(FATAL_ERROR "TACTUS_BUILD_FUZZERS needs clang++; use the preset fuzz")
+  endif()
+  add_compile_options(-fsanitize=fuzzer-no-link,address,undefined -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  add_link_options(-fsanitize=address,undefined)
+endif()
+
+# Step code runs on threads whose stacks are planned: a frame of more than 16 KiB belongs into planned memory instead.
+# Sanitizers pad frames, so the limit holds where none is on.
+set(TACTUS_FRAME_LIMIT "")
+if(NOT TACTUS_SANITIZE AND NOT TACTUS_BUILD_FUZZERS)
+  set(TACTUS_FRAME_LIMIT -Wframe-larger-than=16384)
+endif()
 
 # tactus_library(NAME [FREESTANDING] LIBS ...): all .cpp files of the current folder. FREESTANDING: compiled without
-# exceptions and RTTI, the rule for rt and pipeline; third-party throws are caught at the hal edge.
+# exceptions and RTTI and with the frame limit, the rule for rt and pipeline; third-party throws are caught at the hal
+# edge.
 function(tactus_library name)
   cmake_parse_arguments(arg "FREESTANDING" "" "LIBS;PRIVATE_LIBS" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS *.cpp)
@@ -33,7 +48,7 @@ function(tactus_library name)
     target_include_directories(${name} PUBLIC ${PROJECT_SOURCE_DIR})
     target_link_libraries(${name} PUBLIC ${arg_LIBS} PRIVATE ${arg_PRIVATE_LIBS} tactus_warnings)
     if(arg_FREESTANDING)
-      target_compile_options(${name} PRIVATE -fno-exceptions -fno-rtti)
+      target_compile_options(${name} PRIVATE -fno-exceptions -fno-rtti ${TACTUS_FRAME_LIMIT})
     endif()
   else()
     add_library(${name} INTERFACE)
@@ -42,10 +57,20 @@ function(tactus_library name)
   endif()
 endfunction()
 
-# tactus_test(NAME LIBS ... [LABELS ...] [TIMEOUT s]): one GoogleTest binary from all *_test.cpp files of the current
-# folder; each case is a ctest test of its own.
+# What toolchains/test.sh builds under sanitizers (all but the slow and the latency tests), under qemu (label smoke) and
+# with clang (the fuzzers), without naming single tests.
+add_custom_target(tactus_fast_tests)
+add_custom_target(tactus_smoke_tests)
+add_custom_target(tactus_fuzzers)
+
+# tactus_test(NAME LIBS ... [LABELS ...] [SOURCES ...] [TIMEOUT s]): one GoogleTest binary from all *_test.cpp files of the
+# current folder; each case is a ctest test of its own. Labels that mean something: slow (not under sanitizers), smoke
+# (also under qemu), latency (only on demand, alone), memory.
 function(tactus_test name)
   cmake_parse_arguments(arg "" "TIMEOUT" "LIBS;LABELS;SOURCES" ${ARGN})
+  if(NOT TACTUS_BUILD_TESTS)
+    return()
+  endif()
   if(NOT arg_SOURCES)
     file(GLOB arg_SOURCES CONFIGURE_DEPENDS *_test.cpp)
   endif()
@@ -57,6 +82,40 @@ function(tactus_test name)
   endif()
   add_executable(${name} ${arg_SOURCES})
   target_link_libraries(${name} PRIVATE ${arg_LIBS} tactus_test_support GTest::gtest_main tactus_warnings)
+  # Cases are listed when ctest starts, not when the binary is linked: under qemu listing takes seconds.
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60
                        PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${arg_LABELS}")
+  if(NOT "slow" IN_LIST arg_LABELS AND NOT "latency" IN_LIST arg_LABELS)
+    add_dependencies(tactus_fast_tests ${name})
+  endif()
+  if("smoke" IN_LIST arg_LABELS)
+    add_dependencies(tactus_smoke_tests ${name})
+  endif()
+endfunction()
+
+# tactus_fuzzer(NAME LIBS ... [SOURCES ...] [SEEDS folder]): one libFuzzer binary, by default from NAME.cpp, and a ctest
+# test of label fuzz that runs it for TACTUS_FUZZ_SECONDS (environment, default 60). SEEDS: inputs to start from; what the
+# fuzzer finds goes to the build folder. Does nothing unless TACTUS_BUILD_FUZZERS is on.
+function(tactus_fuzzer name)
+  cmake_parse_arguments(arg "" "SEEDS" "LIBS;SOURCES" ${ARGN})
+  if(NOT TACTUS_BUILD_FUZZERS)
+    return()
+  endif()
+  if(NOT arg_SOURCES)
+    set(arg_SOURCES ${name}.cpp)
+  endif()
+  add_executable(${name} ${arg_SOURCES})
+  target_link_libraries(${name} PRIVATE ${arg_LIBS} tactus_test_support tactus_warnings)
+  target_link_options(${name} PRIVATE -fsanitize=fuzzer)
+  add_dependencies(tactus_fuzzers ${name})
+  set(corpus ${CMAKE_CURRENT_BINARY_DIR}/${name}_corpus)
+  file(MAKE_DIRECTORY ${corpus})
+  set(seeds "")
+  if(arg_SEEDS)
+    get_filename_component(seeds ${arg_SEEDS} ABSOLUTE)
+  endif()
+  add_test(NAME fuzz.${name}
+           COMMAND sh -c "exec \"$0\" -max_total_time=\"\${TACTUS_FUZZ_SECONDS:-60}\" -timeout=10 -rss_limit_mb=2048 \
+-print_final_stats=1 -verbosity=0 \"$@\"" $<TARGET_FILE:${name}> ${corpus} ${seeds})
+  set_tests_properties(fuzz.${name} PROPERTIES LABELS fuzz TIMEOUT 900)
 endfunction()

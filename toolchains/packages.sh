@@ -1,0 +1,68 @@
+# Which Debian 12 packages tactus needs and why; sourced by run.sh, test.sh and sysroot.sh, never run by itself.
+# toolchains/dependencies.cmake is the other half: what is found there is named here.
+
+# Enough to build the program and run it.
+packages_run=(
+  # Compiler and build. ca-certificates: apt mirrors over https. ccache: a second build is quick.
+  g++ cmake ninja-build pkg-config ccache ca-certificates
+  # Header-only or nearly: matrices, SIMD, command line, JSON, TOML, nearest neighbours (evaluation).
+  libeigen3-dev libhwy-dev libcli11-dev nlohmann-json3-dev libtomlplusplus-dev libnanoflann-dev
+  # Images. The three modules used, not libopencv-dev, which also pulls in VTK, a Java runtime and ffmpeg.
+  libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev
+  # Contacts between bodies.
+  libode-dev
+  # The int8 network: reader, kernels, thread pool, processor detection.
+  libflatbuffers-dev libxnnpack-dev libpthreadpool-dev libcpuinfo-dev
+  # Rendering without a window: headers, and Mesa's software driver, which EGL loads at run time.
+  libegl-dev libgles-dev libegl1 libgles2 libegl-mesa0 libgl1-mesa-dri
+)
+
+# The tests on this machine: GoogleTest, and clang with its libFuzzer and sanitizer runtimes.
+packages_test=(libgtest-dev clang libclang-rt-14-dev llvm binutils)
+
+# The same tests as an arm64 device sees them: compiler, user-mode emulator, and what makes the sysroot.
+packages_cross=(g++-aarch64-linux-gnu qemu-user-static mmdebstrap)
+
+# What the arm64 sysroot holds: packages_run less tools and the renderer's driver (llvmpipe under qemu would be
+# minutes a frame), plus the C and C++ libraries and GoogleTest.
+packages_sysroot=(
+  libc6-dev libstdc++-12-dev
+  libeigen3-dev libhwy-dev libcli11-dev nlohmann-json3-dev libtomlplusplus-dev libnanoflann-dev
+  libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev
+  libode-dev
+  libflatbuffers-dev libxnnpack-dev libpthreadpool-dev libcpuinfo-dev
+  libegl-dev libgles-dev
+  libgtest-dev
+)
+
+# install_packages NAME...: installs what is missing and says what; asks nothing.
+install_packages() {
+  local missing=() package
+  for package in "$@"; do
+    [ "$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null)" = installed ] || missing+=("$package")
+  done
+  if [ ${#missing[@]} -eq 0 ]; then
+    echo "packages: all $# are installed"
+    return
+  fi
+  echo "packages: installing ${missing[*]}"
+  local as_root=()
+  if [ "$(id -u)" -ne 0 ]; then
+    if ! command -v sudo >/dev/null; then
+      echo "packages: not root and no sudo here; as root run: apt-get install --no-install-recommends ${missing[*]}" >&2
+      return 1
+    fi
+    as_root=(sudo)
+  fi
+  local log
+  log=$(mktemp)
+  if ! { "${as_root[@]}" apt-get update &&
+         "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends \
+           "${missing[@]}"; } </dev/null >"$log" 2>&1; then
+    tail -n 30 "$log" >&2
+    rm -f "$log"
+    echo "packages: apt-get failed, its last lines are above" >&2
+    return 1
+  fi
+  rm -f "$log"
+}
