@@ -1,5 +1,5 @@
-# Settings shared by run.sh and test.sh: where caches live (outside the clone, so that a fresh clone builds quickly
-# the second time) and how a phase announces itself.
+# Shared by run.sh, test.sh and sysroot.sh, which have changed into the root of the repository: where caches live
+# (outside the clone, so that a fresh clone builds quickly the second time) and how to build a preset.
 
 tactus_cache=${XDG_CACHE_HOME:-$HOME/.cache}/tactus
 export CCACHE_DIR=${CCACHE_DIR:-$tactus_cache/ccache}
@@ -11,13 +11,19 @@ export TACTUS_SYSROOT=${TACTUS_SYSROOT:-$tactus_cache/sysroot-arm64}
 
 jobs=$(nproc)
 
-# build PRESET [TARGET...]: configures and builds; warnings are errors where WERROR=ON.
+# build PRESET [CMAKE OPTION...] -- [TARGET...]: configures, quietly while all is well, and builds.
 build() {
-  local preset=$1
+  local preset=$1 options=()
   shift
-  cmake --preset "$preset" -DTACTUS_WERROR="${WERROR:-OFF}" >"build/$preset.configure.log" 2>&1 || {
-    cat "build/$preset.configure.log"
+  while [ $# -gt 0 ] && [ "$1" != -- ]; do
+    options+=("$1")
+    shift
+  done
+  shift
+  mkdir -p build
+  if ! cmake --preset "$preset" "${options[@]}" >"build/$preset.configure.log" 2>&1; then
+    cat "build/$preset.configure.log" >&2
     return 1
-  }
+  fi
   cmake --build --preset "$preset" -j "$jobs" ${1:+--target "$@"}
 }

@@ -7,12 +7,13 @@ packages_run=(
   g++ cmake ninja-build pkg-config ccache ca-certificates
   # Header-only or nearly: matrices, SIMD, command line, JSON, TOML, nearest neighbours (evaluation).
   libeigen3-dev libhwy-dev libcli11-dev nlohmann-json3-dev libtomlplusplus-dev libnanoflann-dev
-  # Images. The three modules used, not libopencv-dev, which also pulls in VTK, a Java runtime and ffmpeg.
-  libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev
+  # Images. The three modules used, not libopencv-dev, which also pulls in VTK, a Java runtime and ffmpeg. libpng writes
+  # from step code, without exceptions.
+  libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev libpng-dev
   # Contacts between bodies.
   libode-dev
-  # The int8 network: reader, kernels, thread pool, processor detection.
-  libflatbuffers-dev libxnnpack-dev libpthreadpool-dev libcpuinfo-dev
+  # The int8 network: file reader and its generator, kernels, thread pool, processor detection.
+  libflatbuffers-dev flatbuffers-compiler libxnnpack-dev libpthreadpool-dev libcpuinfo-dev
   # Rendering without a window: headers, and Mesa's software driver, which EGL loads at run time.
   libegl-dev libgles-dev libegl1 libgles2 libegl-mesa0 libgl1-mesa-dri
 )
@@ -28,7 +29,7 @@ packages_cross=(g++-aarch64-linux-gnu qemu-user-static mmdebstrap)
 packages_sysroot=(
   libc6-dev libstdc++-12-dev
   libeigen3-dev libhwy-dev libcli11-dev nlohmann-json3-dev libtomlplusplus-dev libnanoflann-dev
-  libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev
+  libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev libpng-dev
   libode-dev
   libflatbuffers-dev libxnnpack-dev libpthreadpool-dev libcpuinfo-dev
   libegl-dev libgles-dev
