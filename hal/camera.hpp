@@ -67,6 +67,7 @@ struct Sensor {
   /// Exact material ids for the depth frame with this sequence number, when the source knows them (synthetic rooms,
   /// recordings with label/): fills width * height ids, 255 = unknown. Null when it does not.
   std::unique_ptr<class LabelTruth> labels;
+  std::vector<std::string> notes;       // one sentence each: what a person should know (skipped poses, assumed values)
 };
 
 class LabelTruth {

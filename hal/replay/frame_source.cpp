@@ -1,0 +1,78 @@
+#include "hal/replay/frame_source.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <type_traits>
+
+#include "hal/replay/file_bytes.hpp"
+#include "hal/replay/image_codec.hpp"
+#include "hal/replay/text.hpp"
+
+namespace tactus::hal::replay {
+namespace {
+
+void say(FrameOutcome& outcome, const std::string& sentence) {
+  if (outcome.sentence[0] != '\0') return;
+  const std::size_t bytes = std::min(sentence.size(), outcome.sentence.size() - 1);
+  std::memcpy(outcome.sentence.data(), sentence.data(), bytes);
+  outcome.sentence[bytes] = '\0';
+}
+
+std::string decode(std::string_view bytes, int width, int height, std::span<std::uint16_t> depth) {
+  std::string fault = decode_depth(bytes, width, height, depth);
+  // 65535 is 7-Scenes' "no measurement", and a saturated sensor's in any unit.
+  if (fault.empty()) std::replace(depth.begin(), depth.end(), std::uint16_t{65535}, std::uint16_t{0});
+  return fault;
+}
+
+std::string decode(std::string_view bytes, int width, int height, std::span<std::uint8_t> rgb) {
+  return decode_color(bytes, width, height, rgb);
+}
+
+}  // namespace
+
+void count(const FrameOutcome& outcome, CameraCounters& counters) {
+  counters.timestamps_rejected += outcome.timestamps_rejected;
+  if (outcome.status == rt::Status::ok) ++counters.frames_delivered;
+  if (outcome.status == rt::Status::corrupt) ++counters.frames_rejected;
+  if (counters.first_rejection.empty() && outcome.sentence[0] != '\0')
+    counters.first_rejection.assign(outcome.sentence.data());
+}
+
+template <typename Pixel>
+std::size_t FrameSource<Pixel>::pixels_count() const {
+  const auto count = static_cast<std::size_t>(config_.width) * static_cast<std::size_t>(config_.height);
+  return std::is_same_v<Pixel, std::uint8_t> ? count * 3 : count;
+}
+
+template <typename Pixel>
+void FrameSource<Pixel>::next(std::span<Pixel> pixels, FrameOutcome& outcome) {
+  TACTUS_ASSERT(pixels.size() == pixels_count());
+  outcome = {};
+  const std::string list_file = (config_.directory / config_.list.file).string();
+  for (; next_ < config_.end; ++next_) {
+    const ListEntry& entry = config_.list.entries[next_];
+    if (entry.fault != ListEntry::Fault::time_not_later) break;
+    ++outcome.timestamps_rejected;
+    say(outcome, bad_input(list_file, entry.line,
+                           "the time of " + quote(entry.path) + " does not fit between its neighbours'")
+                     .message);
+  }
+  if (next_ == config_.end) return;
+  const ListEntry& entry = config_.list.entries[next_++];
+  outcome.header = {entry.time, entry.sequence};
+  outcome.status = rt::Status::corrupt;
+  if (entry.fault == ListEntry::Fault::unreadable)
+    return say(outcome, bad_input(list_file, entry.line, "the line is not \"timestamp path\"").message);
+  const std::filesystem::path path = config_.directory / entry.path;
+  if (const auto read = read_file(path, kImageBytesMax, bytes_); !read)
+    return say(outcome, read.error().message);
+  if (const std::string fault = decode(bytes_, config_.width, config_.height, pixels); !fault.empty())
+    return say(outcome, bad_input(path.string(), 0, fault).message);
+  outcome.status = rt::Status::ok;
+}
+
+template class FrameSource<std::uint16_t>;
+template class FrameSource<std::uint8_t>;
+
+}  // namespace tactus::hal::replay

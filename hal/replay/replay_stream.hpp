@@ -1,0 +1,124 @@
+// Plays a FrameSource, either decoding on the caller's thread or from a ring that a reader thread keeps full.
+//
+//   reader thread --decodes into--> [slot][slot][slot][slot] --read() copies out--> caller
+//
+// The ring is for callers that may not touch the heap (pipeline threads after seal): libpng, libjpeg and the
+// sentences about rejected frames all allocate, and do it on the reader thread. A slot belongs to the reader
+// while it is free and to the caller while it is filled; the mutex guards only the two counts, and no pixel
+// is touched under it. Frames come in the list's order either way, so what is delivered does not depend on
+// the choice.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstring>
+#include <mutex>
+#include <span>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "hal/replay/frame_source.hpp"
+
+namespace tactus::hal::replay {
+
+template <typename Pixel>
+class ReplayStream {
+ public:
+  /// Boot phase. `prefetch` slots are allocated and touched here; 0 means no thread.
+  ReplayStream(FrameSource<Pixel> source, std::size_t prefetch) : source_(std::move(source)) {
+    counters_.first_rejection.reserve(kSentenceBytes);
+    slots_.resize(prefetch);
+    for (Slot& slot : slots_) slot.pixels.resize(source_.pixels_count());
+    if (prefetch > 0) reader_ = std::thread([this] { decode_ahead(); });
+  }
+  ReplayStream(const ReplayStream&) = delete;
+  ReplayStream& operator=(const ReplayStream&) = delete;
+  ~ReplayStream() {
+    if (!reader_.joinable()) return;
+    {
+      const std::lock_guard lock(mutex_);
+      stop_ = true;
+    }
+    slot_freed_.notify_one();
+    reader_.join();
+  }
+
+  /// See DepthCamera::read. Without prefetch the timeout is not looked at: a file never waits for an event.
+  /// With it, makes no heap call and waits at most `timeout` for the reader thread. Thread-bound.
+  rt::Status read(std::span<Pixel> pixels, FrameHeader& header, rt::Duration timeout) {
+    if (ended_) return rt::Status::end_of_stream;
+    if (slots_.empty()) {
+      source_.next(pixels, direct_);
+      return deliver(direct_, header);
+    }
+    TACTUS_ASSERT(pixels.size() == slots_[read_index_].pixels.size());
+    {
+      std::unique_lock lock(mutex_);
+      if (!slot_filled_.wait_for(lock, std::chrono::nanoseconds(timeout.ns),
+                                 [this] { return filled_count_ > 0; }))
+        return rt::Status::timeout;
+    }
+    const Slot& slot = slots_[read_index_];
+    if (slot.outcome.status == rt::Status::ok)
+      std::memcpy(pixels.data(), slot.pixels.data(), pixels.size() * sizeof(Pixel));
+    const rt::Status status = deliver(slot.outcome, header);
+    if (ended_) return status;  // the reader has gone; the slot stays as it is
+    read_index_ = (read_index_ + 1) % slots_.size();
+    {
+      const std::lock_guard lock(mutex_);
+      --filled_count_;
+    }
+    slot_freed_.notify_one();
+    return status;
+  }
+
+  [[nodiscard]] const CameraCounters& counters() const { return counters_; }
+
+ private:
+  struct Slot {
+    std::vector<Pixel> pixels;
+    FrameOutcome outcome;
+  };
+
+  rt::Status deliver(const FrameOutcome& outcome, FrameHeader& header) {
+    count(outcome, counters_);
+    ended_ = outcome.status == rt::Status::end_of_stream;
+    if (!ended_) header = outcome.header;
+    return outcome.status;
+  }
+
+  void decode_ahead() {
+    for (std::size_t write_index = 0;; write_index = (write_index + 1) % slots_.size()) {
+      {
+        std::unique_lock lock(mutex_);
+        slot_freed_.wait(lock, [this] { return stop_ || filled_count_ < slots_.size(); });
+        if (stop_) return;
+      }
+      Slot& slot = slots_[write_index];
+      source_.next(slot.pixels, slot.outcome);
+      const bool last = slot.outcome.status == rt::Status::end_of_stream;
+      {
+        const std::lock_guard lock(mutex_);
+        ++filled_count_;
+      }
+      slot_filled_.notify_one();
+      if (last) return;
+    }
+  }
+
+  FrameSource<Pixel> source_;  // the reader thread's while it runs
+  FrameOutcome direct_;
+  CameraCounters counters_;
+  bool ended_ = false;
+  std::vector<Slot> slots_;
+  std::size_t read_index_ = 0;
+  std::mutex mutex_;  // guards filled_count_ and stop_
+  std::condition_variable slot_filled_;
+  std::condition_variable slot_freed_;
+  std::size_t filled_count_ = 0;
+  bool stop_ = false;
+  std::thread reader_;
+};
+
+}  // namespace tactus::hal::replay
