@@ -2,6 +2,8 @@
 
 # Same IEEE operations in the same order on every machine: no contraction to FMA, no fast-math (README, determinism).
 add_compile_options(-ffp-contract=off -fno-math-errno)
+# Paths in messages and debug information start at the root of the repository, on every machine and in every clone.
+add_compile_options(-ffile-prefix-map=${PROJECT_SOURCE_DIR}/=)
 
 find_program(CCACHE ccache)
 if(CCACHE)

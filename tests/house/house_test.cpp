@@ -20,8 +20,8 @@ constexpr std::array kBootFiles{
     Exception{"rt/clock.cpp", "sleep_until", "defines the one wait"},
     Exception{"rt/clock.hpp", "sleep_until", "declares the one wait"},
     Exception{"pipeline/contact/materials.cpp", "std::ifstream", "reads the materials table at boot"},
-    Exception{"pipeline/contact/ode_memory.cpp", "free", "defines the fenced pool's own free"},
-    Exception{"pipeline/contact/ode_memory.hpp", "free", "declares the fenced pool's own free"},
+    Exception{"pipeline/contact/ode_memory.cpp", "free(", "defines the fenced pool's own free"},
+    Exception{"pipeline/contact/ode_memory.hpp", "free(", "declares the fenced pool's own free"},
 };
 constexpr std::array<Exception, 0> kInexactFiles{};
 
@@ -32,7 +32,7 @@ const std::vector<SourceFile>& tree() {
 
 template <class Rule>
 void expect_holds(const Rule& rule) {
-  ASSERT_GT(tree().size(), 50u) << "the tree was not found below " << TACTUS_SOURCE_DIR;
+  ASSERT_GT(tree().size(), 30u) << "the tree was not found below " << TACTUS_SOURCE_DIR;
   for (const SourceFile& file : tree())
     for (const Finding& finding : rule(file)) ADD_FAILURE() << to_string(finding);
 }
@@ -80,7 +80,7 @@ TEST(House, NoPathOfOneMachine) {
     ++files_count;
     for (const Finding& finding : check_absolute_paths(path, text)) ADD_FAILURE() << to_string(finding);
   }
-  EXPECT_GT(files_count, 50);
+  EXPECT_GT(files_count, 30);
 }
 
 TEST(House, EveryExceptionIsStillNeeded) {

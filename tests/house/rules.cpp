@@ -84,7 +84,7 @@ bool is_in_result_scope(std::string_view path) {
 
 constexpr std::array<std::string_view, 45> kStepWords{
     // heap
-    "new", "delete", "malloc", "calloc", "realloc", "free", "aligned_alloc", "posix_memalign", "strdup",
+    "new", "delete", "malloc(", "calloc(", "realloc(", "free(", "aligned_alloc", "posix_memalign", "strdup(",
     "shared_ptr", "make_shared", "make_unique", "std::function", "std::any", "std::list", "std::deque",
     "std::map", "std::set",
     // locks
