@@ -1,0 +1,108 @@
+// Draws one picture: the camera's video, labels laid over it, and virtual bodies that real things hide.
+//
+// Two layers (Chen et al. 2018, section IV-E): the video behind, and in front of it the real surfaces,
+// invisible, which hide what is behind them. The real surfaces are the registered depth image of the same
+// camera and the same moment.
+//   inputs   video, depth, labels, pose, bodies; all images in the camera given at bind
+//   output   the framebuffer bound by hal::Display::begin(); read_back() copies it into memory
+//   memory   what bytes_needed() says, and the driver's own, which cannot be fenced (resident.hpp measures
+//   it) late     the caller drops the picture; nothing is carried over from one step to the next full more
+//   bodies in view than bodies_count_max of a shape: the first ones are drawn, the answer is `full` lost
+//   without a pose the video is shown and virtual things are not
+// Things on real surfaces (overlay now, later shadows and decals) belong to the first pass, which has a
+// pixel's real depth at hand; virtual things to the second.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "hal/calibration.hpp"
+#include "pipeline/label/material.hpp"
+#include "pipeline/render/body.hpp"
+#include "pipeline/render/camera.hpp"
+#include "rt/slice.hpp"
+#include "rt/status.hpp"
+
+namespace tactus::render {
+
+struct RenderConfig {
+  hal::Intrinsics camera;  // of the video and of the depth image; no distortion; also the size of the picture
+  std::size_t bodies_count_max = 256;  // of each shape
+  ClipRange clip;
+  /// A virtual point at depth z is hidden by a real one nearer than z - (bias_m + bias_per_m z^2). 2 sigma of
+  /// a Kinect v1 (1.425 mm z^2, Khoshelham and Elberink 2012) and half a voxel, so that a ball on a table is
+  /// not eaten from below.
+  float occlusion_bias_m = 0.005F;
+  float occlusion_bias_per_m = 0.00285F;
+  Vec3f toward_light_world{0.35F, 0.85F, 0.4F};  // need not be unit; not zero
+};
+
+struct RenderInputs {
+  std::span<const std::uint8_t> video_rgb;  // width * height * 3, row-major; empty: black
+  std::span<const float> depth_m;      // width * height, 0 or NaN: no measurement; empty: nothing real hides
+  std::span<const MaterialId> labels;  // width * height, 255: unknown; empty: overlay off
+  float overlay_alpha = 0.5F;          // 0: overlay off, 1: labels only
+  bool is_tracked = true;              // false: T_world_depth means nothing, bodies are not drawn
+  T_WorldDepth T_world_depth;
+  std::span<const Body> bodies;
+};
+
+/// A stage. All calls need a GLES 3 context current on the calling thread, always the same context.
+class Renderer {
+ public:
+  Renderer() = default;
+  Renderer(const Renderer&) = delete;
+  Renderer& operator=(const Renderer&) = delete;
+  ~Renderer();
+
+  static std::size_t bytes_needed(const RenderConfig& config);
+
+  /// Compiles the programs and reserves textures and buffers. Boot, once. Errors: bad_usage (distorted
+  /// camera, sizes out of range), device_unavailable (no context, a program that this driver does not
+  /// compile).
+  rt::Result<void> bind(const RenderConfig& config, rt::Slice slice);
+
+  /// Draws every kind of thing once into the bound framebuffer, so that the driver compiles what it compiles
+  /// late.
+  rt::Result<void> warm_up();
+
+  /// Draws one picture into the bound framebuffer. Step; bounded by the pixels and bodies_count_max; no heap
+  /// of ours. ok | full | lost (is_tracked, but the pose is not finite: drawn as if not tracked) |
+  /// device_lost.
+  rt::Status step(const RenderInputs& inputs) noexcept;
+
+  /// Waits for the picture and copies it: width * height * 3 bytes, row-major from the top. Step. ok |
+  /// device_lost.
+  rt::Status read_back(std::span<std::uint8_t> rgb) noexcept;
+
+ private:
+  enum Texture : std::uint8_t {
+    kVideoTexture,
+    kDepthTexture,
+    kLabelsTexture,
+    kPaletteTexture,
+    kTextureCount
+  };
+  enum Program : std::uint8_t { kRealProgram, kSphereProgram, kBoxProgram, kProgramCount };
+  enum Buffer : std::uint8_t { kFrameBuffer, kSphereBuffer, kCornerBuffer, kBoxBuffer, kBufferCount };
+
+  [[nodiscard]] std::size_t pixels_count() const;
+  void reserve_textures();
+  void reserve_buffers();
+  void upload_images(const RenderInputs& inputs, bool has_overlay, bool has_bodies) noexcept;
+  void upload_frame_block(const RenderInputs& inputs, bool has_overlay) noexcept;
+  void draw(const InstanceCounts& counts) noexcept;
+
+  RenderConfig config_;
+  Projection projection_{};
+  std::span<SphereInstance> spheres_;
+  std::span<BoxInstance> boxes_;
+  std::span<std::uint8_t> rgba_rows_;           // kRowsPerRead rows on their way from GL to the caller
+  std::uint32_t textures_[kTextureCount] = {};  // GL names; 0: none
+  std::uint32_t programs_[kProgramCount] = {};
+  std::uint32_t buffers_[kBufferCount] = {};
+  std::uint32_t vertex_arrays_[kProgramCount] = {};
+};
+
+}  // namespace tactus::render

@@ -1,0 +1,31 @@
+// The layer of real things: the video, and what lies on real surfaces (label overlay). One triangle over the
+// picture.
+#pragma once
+
+namespace tactus::render {
+
+inline constexpr const char* kRealVertex = R"(
+void main() {
+  vec2 corner = vec2(float((gl_VertexID << 1) & 2), float(gl_VertexID & 2));
+  gl_Position = vec4(corner * 2.0 - 1.0, 1.0, 1.0);
+}
+)";
+
+inline constexpr const char* kRealFragment = R"(
+uniform sampler2D video;
+uniform usampler2D labels;
+uniform sampler2D palette;  // 256 x 1; alpha 0: nothing is known, the video stays as it is
+out vec4 color;
+
+void main() {
+  ivec2 pixel = ivec2(int(gl_FragCoord.x), int(picture.y) - 1 - int(gl_FragCoord.y));
+  vec3 shown = real.z > 0.0 ? texelFetch(video, pixel, 0).rgb : vec3(0.0);
+  if (real.x > 0.0) {
+    vec4 label = texelFetch(palette, ivec2(int(texelFetch(labels, pixel, 0).r), 0), 0);
+    shown = mix(shown, label.rgb, label.a * real.x);
+  }
+  color = vec4(shown, 1.0);
+}
+)";
+
+}  // namespace tactus::render

@@ -1,0 +1,136 @@
+// Whole pictures against pictures that somebody has looked at. TACTUS_UPDATE_GOLDEN=1 writes them anew: look
+// at them.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "pipeline/render/png.hpp"
+#include "tests/pipeline/render/drawing.hpp"
+#include "tests/pipeline/render/picture.hpp"
+
+namespace tactus::render {
+namespace {
+
+constexpr int kWidth = 160, kHeight = 120;
+
+// Drivers round colours and outlines differently: allowed is a mean difference of 2 of 255, and half a
+// percent of the pixels (outlines) off by more than 24.
+constexpr double kMeanAbsMax = 2.0, kPartFarOffMax = 0.005;
+
+/// A corner of a room as the video shows it: floor of tiles below, wall of stripes above.
+test::Picture room_video() {
+  test::Picture video(kWidth, kHeight);
+  for (int v = 0; v < kHeight; ++v)
+    for (int u = 0; u < kWidth; ++u) {
+      const bool is_floor = v >= 80;
+      const bool is_odd = is_floor ? (((u / 16) ^ ((v - 80) / 8)) & 1) != 0 : (u / 20) % 2 != 0;
+      const int fade = is_floor ? v - 80 : v / 2;
+      video.set(u, v,
+                is_floor ? Rgb8{static_cast<std::uint8_t>((is_odd ? 150 : 110) + fade),
+                                static_cast<std::uint8_t>((is_odd ? 110 : 80) + fade), 70}
+                         : Rgb8{static_cast<std::uint8_t>((is_odd ? 170 : 190) - fade),
+                                static_cast<std::uint8_t>((is_odd ? 180 : 195) - fade), 200});
+    }
+  return video;
+}
+
+class GoldenTest : public test::DrawingTest {
+ protected:
+  void SetUp() override {
+    RenderConfig config;
+    config.camera = test::pinhole(kWidth, kHeight, 140);
+    config.bodies_count_max = 16;
+    open(config);
+    video_ = room_video();
+    inputs_.video_rgb = video_.rgb;
+    // World y is up: the camera looks along world -z.
+    inputs_.T_world_depth.rotation = Rotation{{1, 0, 0, 0, -1, 0, 0, 0, -1}};
+  }
+
+  void expect_golden(const std::string& name) {
+    test::Picture drawn(kWidth, kHeight);
+    ASSERT_EQ(draw(inputs_, drawn.rgb), rt::Status::ok);
+    const auto golden_path =
+        std::filesystem::path(TACTUS_SOURCE_DIR) / "tests/pipeline/render/golden" / (name + ".png");
+    if (std::getenv("TACTUS_UPDATE_GOLDEN") != nullptr) {
+      const auto written = write_png(golden_path, drawn.rgb, kWidth, kHeight);
+      ASSERT_TRUE(written) << written.error().message;
+      GTEST_SKIP() << "wrote " << golden_path << "; look at it before you commit it";
+    }
+    const auto golden = test::read_png(golden_path);
+    ASSERT_TRUE(golden.has_value()) << "cannot read " << golden_path;
+    ASSERT_EQ(golden->rgb.size(), drawn.rgb.size());
+    const test::Difference difference = test::compare(drawn, *golden);
+    EXPECT_LE(difference.mean_abs, kMeanAbsMax);
+    EXPECT_LE(difference.part_far_off, kPartFarOffMax);
+    if (HasFailure()) {
+      const auto actual_path =
+          std::filesystem::path(testing::TempDir()) / ("tactus_golden_actual_" + name + ".png");
+      const auto written = write_png(actual_path, drawn.rgb, kWidth, kHeight);
+      std::printf("expected %s, drawn %s\n", golden_path.c_str(),
+                  written ? actual_path.c_str() : written.error().message.c_str());
+    }
+  }
+
+  test::Picture video_;
+  RenderInputs inputs_;
+};
+
+TEST_F(GoldenTest, Background) { expect_golden("background"); }
+
+TEST_F(GoldenTest, SphereInFront) {
+  const std::array<Body, 1> bodies = {
+      Body{Shape::sphere, {220, 60, 40}, {0.22F, 0.22F, 0.22F}, {0.05, -0.05, -1.2}, {}}};
+  inputs_.bodies = bodies;
+  expect_golden("sphere_in_front");
+}
+
+TEST_F(GoldenTest, SphereHalfBehindARealStep) {
+  // A cupboard at 0.9 m on the left, the wall at 2.5 m on the right; the ball is at 1.2 m.
+  std::vector<float> depth_m(kWidth * kHeight);
+  for (int v = 0; v < kHeight; ++v)
+    for (int u = 0; u < kWidth; ++u) depth_m[static_cast<std::size_t>(v * kWidth + u)] = u < 80 ? 0.9F : 2.5F;
+  const std::array<Body, 1> bodies = {
+      Body{Shape::sphere, {220, 60, 40}, {0.22F, 0.22F, 0.22F}, {0, 0, -1.2}, {}}};
+  inputs_.depth_m = depth_m;
+  inputs_.bodies = bodies;
+  expect_golden("sphere_half_behind_step");
+}
+
+TEST_F(GoldenTest, Box) {
+  const std::array<Body, 1> bodies = {Body{Shape::box,
+                                           {60, 120, 220},
+                                           {0.25F, 0.12F, 0.18F},
+                                           {-0.05, -0.1, -1.3},
+                                           Quaternion{0.88, 0.2, 0.4, 0.1}.normalized()}};
+  inputs_.bodies = bodies;
+  expect_golden("box");
+}
+
+TEST_F(GoldenTest, OverlayUnderASphere) {
+  std::vector<MaterialId> labels(kWidth * kHeight, kUnknownMaterial);
+  for (int v = 0; v < kHeight; ++v)
+    for (int u = 0; u < kWidth; ++u) {
+      MaterialId& label = labels[static_cast<std::size_t>(v * kWidth + u)];
+      if (v >= 80)
+        label = u < 100 ? material_from_name("wood") : material_from_name("carpet");
+      else if (u >= 20 && u < 60 && v >= 15 && v < 60)
+        label = material_from_name("glass");
+      else if (u >= 110)
+        label = material_from_name("fabric");
+      else if (u < 90)
+        label = material_from_name("painted");
+    }
+  const std::array<Body, 1> bodies = {
+      Body{Shape::sphere, {220, 220, 220}, {0.15F, 0.15F, 0.15F}, {0, -0.15, -1.2}, {}}};
+  inputs_.labels = labels;
+  inputs_.bodies = bodies;
+  expect_golden("overlay");
+}
+
+}  // namespace
+}  // namespace tactus::render
