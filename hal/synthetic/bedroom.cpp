@@ -13,7 +13,7 @@ constexpr double kHalfWidth = 2.3, kHalfDepth = 2.0, kHeight = 2.5, kWall = 0.1;
 struct BedroomFinishes {
   FinishId floor, wallpaper, sage_paint, rug, rug_fringe, linen, duvet, blanket, cushion, curtain, leather,
       brick, hearth, marble, blue_ceramic, terracotta, red_cover, green_cover, blue_cover, painting,
-      landscape, apple, banana, bread, wicker, ball, log, tea, tile, bear, water;
+      landscape, apple, banana, bread, wicker, ball, log, tea, tile, bear, water, petal;
 };
 
 BedroomFinishes make_finishes(SceneBuilder& b) {
@@ -61,6 +61,7 @@ BedroomFinishes make_finishes(SceneBuilder& b) {
   f.tile = b.finish(Material::tile, {Pattern::tiles, {88, 128, 140}, {214, 210, 200}, 4, 0.4, 0.4, 49});
   f.bear = b.finish(Material::fabric, {Pattern::noise, {160, 112, 66}, {122, 80, 44}, 16, 0.2, 0.5, 50});
   f.water = b.finish(Material::water, {Pattern::noise, {84, 134, 156}, {170, 206, 214}, 3, 0.3, 0.3, 51});
+  f.petal = b.finish(Material::foliage, {Pattern::noise, {196, 50, 70}, {236, 120, 130}, 6, 0.1, 0.4, 52});
   return f;
 }
 
@@ -116,7 +117,7 @@ void add_bed(SceneBuilder& b, const Palette& p, const BedroomFinishes& f, const 
   b.box(f.linen, {-0.40, 0.63, 0.29}, {0.33, 0.075, 0.20}, 0.07, {4, -24, 0});
   b.box(f.linen, {0.40, 0.63, 0.29}, {0.33, 0.075, 0.20}, 0.07, {-5, -24, 0});
   b.begin("cushion", place);
-  b.box(f.cushion, {0.08, 0.72, 0.42}, {0.19, 0.06, 0.19}, 0.055, {10, -52, 0});
+  b.box(f.cushion, {0.06, 0.74, 0.52}, {0.19, 0.19, 0.06}, 0.055, {10, -26, 0});
   b.begin("teddy bear", place);
   b.sphere(f.bear, {-0.42, 0.70, 0.62}, 0.10);
   b.sphere(f.bear, {-0.42, 0.85, 0.61}, 0.075);
@@ -219,7 +220,7 @@ void add_vase(SceneBuilder& b, const Palette& p, const BedroomFinishes& f, const
                                       {0.08, 0.53, 0.10}}};
   for (const Vec3d& tip : tips) {
     b.rod(p.leaf, {0, 0.20, 0}, tip, 0.006);
-    b.sphere(f.rug, tip, 0.032);
+    b.sphere(f.petal, tip, 0.032);
     b.box(p.leaf, tip * 0.78, {0.05, 0.006, 0.022}, 0.006, {tip.x * 700, 15, 20});
   }
 }

@@ -86,7 +86,8 @@ rt::Result<SyntheticOptions> parse_synthetic_name(std::string_view name) {
       options.scene = static_cast<SceneId>(i);
       is_known = true;
     }
-  if (!is_known) return wrong(name, scene, "is not a synthetic scene; known are bedroom, wall, corner");
+  if (!is_known)
+    return wrong(name, scene, "is not a synthetic scene; known are bedroom, office, wall, corner");
 
   rest = question == std::string_view::npos ? std::string_view{} : rest.substr(question + 1);
   while (!rest.empty()) {

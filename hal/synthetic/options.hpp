@@ -30,7 +30,7 @@ inline constexpr double kDepth_m_per_unit = 0.0002;  // 1/5000 m, as in the TUM 
 inline constexpr double kJump_m = 0.13;
 inline constexpr double kJump_degrees = 6.5;
 
-/// Reads `synthetic:SCENE[?key=value[&key=value]...]`, SCENE bedroom | wall | corner, keys:
+/// Reads `synthetic:SCENE[?key=value[&key=value]...]`, SCENE bedroom | office | wall | corner, keys:
 ///   frames=N (1..100000)   mode=640x480|960x540|320x240 (optionally @30)   trajectory=handheld|still seed=N
 ///   noise=0|1   registered=0|1   blank=FIRST:COUNT   jump=0|1 (needs blank)
 /// The prefix may be missing. Pure; the error names the word that is wrong and what is allowed. Boot.

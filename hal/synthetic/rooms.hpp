@@ -6,6 +6,7 @@
 namespace tactus::hal::synthetic {
 
 Scene::Parts make_bedroom();
+Scene::Parts make_office();
 Scene::Parts make_wall();
 Scene::Parts make_corner();
 

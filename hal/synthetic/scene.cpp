@@ -14,7 +14,7 @@ constexpr double kOpennessReach_m = 0.18;  // a solid this near in front of a su
 }  // namespace
 
 const char* name(SceneId scene) {
-  constexpr std::array<const char*, kScenesCount> kNames = {"bedroom", "wall", "corner"};
+  constexpr std::array<const char*, kScenesCount> kNames = {"bedroom", "office", "wall", "corner"};
   return kNames[static_cast<std::size_t>(scene)];
 }
 
@@ -22,6 +22,8 @@ Scene make_scene(SceneId scene) {
   switch (scene) {
     case SceneId::bedroom:
       return Scene(make_bedroom());
+    case SceneId::office:
+      return Scene(make_office());
     case SceneId::wall:
       return Scene(make_wall());
     case SceneId::corner:

@@ -16,8 +16,8 @@ namespace tactus::hal::synthetic {
 
 /// `wall` is one flat textured wall and nothing else, `corner` three orthogonal planes: for degenerate
 /// tracking.
-enum class SceneId : std::uint8_t { bedroom, wall, corner };
-inline constexpr int kScenesCount = 3;
+enum class SceneId : std::uint8_t { bedroom, office, wall, corner };
+inline constexpr int kScenesCount = 4;
 const char* name(SceneId scene);
 
 /// What a surface is made of and looks like.
