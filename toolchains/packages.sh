@@ -7,9 +7,9 @@ packages_run=(
   g++ cmake ninja-build pkg-config ccache ca-certificates
   # Header-only or nearly: matrices, SIMD, command line, JSON, TOML, nearest neighbours (evaluation).
   libeigen3-dev libhwy-dev libcli11-dev nlohmann-json3-dev libtomlplusplus-dev libnanoflann-dev
-  # Images. The three modules used, not libopencv-dev, which also pulls in VTK, a Java runtime and ffmpeg. libpng writes
-  # from step code, without exceptions.
-  libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev libpng-dev
+  # Images. The three modules used, not libopencv-dev, which also pulls in VTK, a Java runtime and ffmpeg. libpng and libjpeg
+  # directly where a damaged file must be refused, or a picture written without exceptions.
+  libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev libpng-dev libjpeg62-turbo-dev
   # Contacts between bodies.
   libode-dev
   # The int8 network: file reader and its generator, kernels, thread pool, processor detection.
@@ -29,7 +29,7 @@ packages_cross=(g++-aarch64-linux-gnu qemu-user-static mmdebstrap)
 packages_sysroot=(
   libc6-dev libstdc++-12-dev
   libeigen3-dev libhwy-dev libcli11-dev nlohmann-json3-dev libtomlplusplus-dev libnanoflann-dev
-  libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev libpng-dev
+  libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev libpng-dev libjpeg62-turbo-dev
   libode-dev
   libflatbuffers-dev libxnnpack-dev libpthreadpool-dev libcpuinfo-dev
   libegl-dev libgles-dev
