@@ -23,8 +23,8 @@ constexpr std::size_t bytes_of(std::size_t count) {
   return round_up(sizeof(T) * count, kCacheLineBytes);
 }
 
-/// A contiguous piece of planned memory. The owner of the piece cuts its arrays from it once, at boot; what is cut
-/// is value-initialised and lives as long as the arena. Not thread-safe; boot only.
+/// A contiguous piece of planned memory. The owner of the piece cuts its arrays from it once, at boot; what
+/// is cut is value-initialised and lives as long as the arena. Not thread-safe; boot only.
 class Slice {
  public:
   Slice() = default;
@@ -42,6 +42,15 @@ class Slice {
     for (std::size_t i = 0; i < count; ++i) new (first + i) T();
     memory_ = memory_.subspan(bytes);
     return {first, count};
+  }
+
+  /// Raw bytes for a component that cuts its own arrays from them; `bytes` is rounded up to a cache line.
+  std::span<std::byte> take_bytes(std::size_t bytes) {
+    bytes = round_up(bytes, kCacheLineBytes);
+    TACTUS_ASSERT(bytes <= memory_.size());
+    const std::span<std::byte> piece = memory_.first(bytes);
+    memory_ = memory_.subspan(bytes);
+    return piece;
   }
 
   [[nodiscard]] std::size_t bytes_left() const { return memory_.size(); }
