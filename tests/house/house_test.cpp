@@ -53,6 +53,8 @@ TEST(House, ResultsAreTheSameOnEveryMachine) {
 
 TEST(House, CommentsHoldNoCodeNoBannerNoDebt) { expect_holds(check_comments); }
 
+TEST(House, AtomicsNameTheirPartners) { expect_holds(check_atomics); }
+
 TEST(House, HeadersSayWhatTheyAreFor) { expect_holds(check_header); }
 
 TEST(House, EveryTestAsserts) { expect_holds(check_tests); }

@@ -363,6 +363,30 @@ std::vector<Finding> check_comments(const SourceFile& file) {
   return findings;
 }
 
+std::vector<Finding> check_atomics(const SourceFile& file) {
+  if (file.path.starts_with("tests/")) return {};
+  static const std::regex publishes(R"(memory_order_(acquire|release|acq_rel|seq_cst)|atomic_thread_fence)");
+  static const std::regex pairs(R"([Pp]airs? with)");
+  static const std::regex relaxed("[Rr]elaxed");
+  int publishing_line = 0, relaxed_line = 0;
+  bool names_partner = false, explains_relaxed = false;
+  for (std::size_t i = 0; i < file.lines.size(); ++i) {
+    const Line& line = file.lines[i];
+    if (publishing_line == 0 && std::regex_search(line.code, publishes))
+      publishing_line = static_cast<int>(i + 1);
+    if (relaxed_line == 0 && line.code.find("memory_order_relaxed") != std::string::npos)
+      relaxed_line = static_cast<int>(i + 1);
+    names_partner = names_partner || std::regex_search(line.comment, pairs);
+    explains_relaxed = explains_relaxed || std::regex_search(line.comment, relaxed);
+  }
+  std::vector<Finding> findings;
+  if (publishing_line != 0 && !names_partner)
+    findings.push_back({file.path, publishing_line, "no comment says which access this one pairs with"});
+  if (relaxed_line != 0 && !explains_relaxed && !names_partner)
+    findings.push_back({file.path, relaxed_line, "no comment says why relaxed is enough"});
+  return findings;
+}
+
 std::vector<Finding> check_header(const SourceFile& file) {
   if (!file.path.ends_with(".hpp")) return {};
   std::vector<Finding> findings;

@@ -47,6 +47,10 @@ std::vector<Finding> check_determinism_words(const SourceFile& file, std::span<c
 // No code in comments, no banner lines, no debts left as remarks, no lint switch without a reason.
 std::vector<Finding> check_comments(const SourceFile& file);
 
+// A file that publishes between threads says which access pairs with which; one that only uses relaxed
+// accesses says why that is enough.
+std::vector<Finding> check_atomics(const SourceFile& file);
+
 // First line says what the file is for; then #pragma once; no using-namespace at file scope.
 std::vector<Finding> check_header(const SourceFile& file);
 

@@ -191,6 +191,16 @@ TEST(Comments, SentencesAreFine) {
     EXPECT_EQ(findings_of(check_comments, "rt/x.cpp", good), 0u) << good;
 }
 
+TEST(Atomics, AccessWithoutPartnerOrReasonIsFound) {
+  const auto sut = [](std::string_view text) { return findings_of(check_atomics, "rt/x.hpp", text); };
+  EXPECT_EQ(sut("a.load(std::memory_order_acquire);\n"), 1u);
+  EXPECT_EQ(sut("// Relaxed: nothing is published.\na.load(std::memory_order_acquire);\n"), 1u);
+  EXPECT_EQ(sut("a.load(std::memory_order_acquire);  // pairs with push(): release on write_\n"), 0u);
+  EXPECT_EQ(sut("a.load(std::memory_order_relaxed);\n"), 1u);
+  EXPECT_EQ(sut("a.load(std::memory_order_relaxed);  // relaxed: a count, publishes nothing\n"), 0u);
+  EXPECT_EQ(sut("a.load();\n"), 0u);
+}
+
 TEST(Header, MissingFirstLineOrGuardIsFound) {
   EXPECT_EQ(findings_of(check_header, "rt/x.hpp", "// What this header is for.\n#pragma once\n"), 0u);
   EXPECT_EQ(findings_of(check_header, "rt/x.hpp", "#pragma once\n// What this header is for.\n"), 1u);
