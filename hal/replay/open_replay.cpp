@@ -168,7 +168,8 @@ std::optional<Vec3d> resolve_gravity(const Recording& recording, std::size_t pla
   return std::nullopt;
 }
 
-/// Median distance of the times, as a rate; whole when within 1 % of it.
+/// Mean distance of the times as a rate, without the distances that hide lost frames (beyond 1.5 times the
+/// median); whole when within 1 % of it.
 double frame_rate_of(const FrameList& list) {
   std::vector<std::int64_t> gaps;
   std::optional<std::int64_t> before;
@@ -181,7 +182,15 @@ double frame_rate_of(const FrameList& list) {
   if (gaps.empty()) return kAssumedHz;
   const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
   std::nth_element(gaps.begin(), middle, gaps.end());
-  const double rate_hz = 1e9 / static_cast<double>(*middle);
+  const std::int64_t longest_ns = *middle + *middle / 2;
+  double sum_ns = 0;
+  double count = 0;
+  for (const std::int64_t gap : gaps)
+    if (gap <= longest_ns) {
+      sum_ns += static_cast<double>(gap);
+      count += 1;
+    }
+  const double rate_hz = 1e9 * count / sum_ns;
   const double whole_hz = std::round(rate_hz);
   return std::fabs(rate_hz - whole_hz) <= 0.01 * rate_hz ? whole_hz : rate_hz;
 }
