@@ -35,9 +35,8 @@ void quantize_exact(std::span<const float> depth_m, std::span<std::uint16_t> raw
 /// Exact depth to what the sensor would deliver. Holes (0): outside 0.4..8 m, grazing, projector shadow, half
 /// of the pixels along depth edges, most of glass and mirror. Else: depth at a laterally jittered place of
 /// the same surface, plus axial noise, rounded to disparity steps, rounded to raw units. Every random number
-/// is a hash of (seed, frame, pixel): a pure function of its arguments. Step: no heap.
+/// is a hash of (seed, frame, pixel): a pure function of its arguments. `hits` with normals. Step: no heap.
 void apply_depth_noise(const Scene& scene, const PixelRays& rays, const T_WorldDepth& T_world_depth,
-                       std::span<const float> depth_m, std::span<const std::uint16_t> primitive,
-                       std::uint64_t seed, int frame_index, std::span<std::uint16_t> raw);
+                       const Hits& hits, std::uint64_t seed, int frame_index, std::span<std::uint16_t> raw);
 
 }  // namespace tactus::hal::synthetic

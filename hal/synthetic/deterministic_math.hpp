@@ -64,13 +64,4 @@ constexpr float uniform01(std::uint64_t bits) {
   return static_cast<float>(bits >> 40) * (1.0F / 16777216.0F);
 }
 
-/// Unit-variance, zero-mean, near-normal number from 64 random bits: the sum of its eight bytes (Irwin-Hall,
-/// n = 8: excess kurtosis -0.15, |value| < 4.9), variance 8 * (256^2 - 1) / 12 = 43690.
-constexpr float gaussian(std::uint64_t bits) {
-  constexpr std::uint64_t kEvenBytes = 0x00ff00ff00ff00ffULL;
-  const std::uint64_t pairs = (bits & kEvenBytes) + ((bits >> 8) & kEvenBytes);
-  const auto sum = static_cast<std::int32_t>((pairs * 0x0001000100010001ULL) >> 48);
-  return static_cast<float>(sum - 1020) * 0.0047841783F;  // 1 / sqrt(43690)
-}
-
 }  // namespace tactus::hal::synthetic

@@ -48,6 +48,13 @@ PixelRays::PixelRays(const Intrinsics& k)
     }
 }
 
+void PixelRays::copy_row(int row, std::span<float> x, std::span<float> y) const {
+  for (int column = 0; column < width_; ++column) {
+    x[at(column)] = static_cast<float>(this->x(column, row));
+    y[at(column)] = static_cast<float>(this->y(column, row));
+  }
+}
+
 Raycaster::Raycaster(const Scene& scene, const Intrinsics& intrinsics) : scene_(&scene), rays_(intrinsics) {
   TACTUS_ASSERT(scene.primitives().size() < kNoPrimitive);
   seen_.reserve(scene.primitives().size());
@@ -84,11 +91,9 @@ bool Raycaster::find_bounds(const Primitive& primitive, const T_WorldDepth& T_wo
   return seen.x_min <= seen.x_max;
 }
 
-void Raycaster::cast(const T_WorldDepth& T_world_camera, std::span<float> depth_m,
-                     std::span<std::uint16_t> primitive) {
+void Raycaster::cast(const T_WorldDepth& T_world_camera, Hits& hits) {
   const int width = rays_.width(), height = rays_.height();
-  TACTUS_ASSERT(depth_m.size() == static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-  TACTUS_ASSERT(primitive.size() == depth_m.size());
+  TACTUS_ASSERT(hits.pixels_count() == static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   const auto primitives = scene_->primitives();
   seen_.clear();
   for (std::size_t i = 0; i < primitives.size(); ++i) {
@@ -113,7 +118,7 @@ void Raycaster::cast(const T_WorldDepth& T_world_camera, std::span<float> depth_
         tile.x[i] = x;
         tile.y[i] = y;
         tile.t_m[i] = 1e6;
-        tile.primitive[i] = kNoPrimitive;
+        tile.solid[i] = kNoPrimitive;
         x_min = std::min(x_min, x);
         x_max = std::max(x_max, x);
         y_min = std::min(y_min, y);
@@ -133,10 +138,37 @@ void Raycaster::cast(const T_WorldDepth& T_world_camera, std::span<float> depth_
         if (row >= height || column >= width) continue;
         const auto pixel = static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
                            static_cast<std::size_t>(column);
-        const bool is_hit = tile.primitive[i] != kNoPrimitive;
-        depth_m[pixel] = is_hit ? static_cast<float>(tile.t_m[i]) : 0.0F;
-        primitive[pixel] = static_cast<std::uint16_t>(tile.primitive[i]);
+        const auto index = static_cast<std::uint16_t>(tile.solid[i] & 0xffff);
+        hits.depth_m[pixel] = index != kNoPrimitive ? static_cast<float>(tile.t_m[i]) : 0.0F;
+        hits.primitive[pixel] = index;
+        hits.face[pixel] = static_cast<std::uint8_t>(tile.solid[i] >> 16);
       }
+    }
+}
+
+void Raycaster::find_normals(const T_WorldDepth& T_world_camera, Hits& hits) const {
+  const auto primitives = scene_->primitives();
+  std::size_t pixel = 0;
+  for (int row = 0; row < rays_.height(); ++row)
+    for (int column = 0; column < rays_.width(); ++column, ++pixel) {
+      Vec3d n;
+      if (hits.primitive[pixel] != kNoPrimitive) {
+        const Primitive& solid = primitives[hits.primitive[pixel]];
+        const auto& m = solid.R_local_world.m;
+        if (const int face = hits.face[pixel]; face != 0) {
+          const auto axis = static_cast<std::size_t>((face - 1) / 2) * 3;
+          n = Vec3d{m[axis], m[axis + 1], m[axis + 2]} * (face % 2 == 0 ? 1.0 : -1.0);
+        } else {
+          const double z = static_cast<double>(hits.depth_m[pixel]);
+          const Vec3d p = T_world_camera * Vec3d{rays_.x(column, row) * z, rays_.y(column, row) * z, z};
+          const Vec3d l = local_normal(solid, solid.to_local(p));
+          n = {m[0] * l.x + m[3] * l.y + m[6] * l.z, m[1] * l.x + m[4] * l.y + m[7] * l.z,
+               m[2] * l.x + m[5] * l.y + m[8] * l.z};
+        }
+      }
+      hits.normal_x[pixel] = static_cast<float>(n.x);
+      hits.normal_y[pixel] = static_cast<float>(n.y);
+      hits.normal_z[pixel] = static_cast<float>(n.z);
     }
 }
 

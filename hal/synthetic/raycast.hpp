@@ -21,6 +21,24 @@ inline constexpr std::uint16_t kNoPrimitive = 0xffff;
 inline constexpr int kTileSide = 16;
 inline constexpr int kTilePixels = kTileSide * kTileSide;
 
+/// What one camera sees in one frame, row-major planes.
+struct Hits {
+  std::vector<float> depth_m;            // z; 0 where nothing is hit
+  std::vector<std::uint16_t> primitive;  // index of the solid, kNoPrimitive where nothing is hit
+  std::vector<std::uint8_t>
+      face;  // of a sharp box: 1 + 2 * axis + (1 on the positive side); 0 on other solids
+  std::vector<float> normal_x, normal_y, normal_z;  // world frame, unit; filled by find_normals()
+
+  explicit Hits(std::size_t pixels_count)
+      : depth_m(pixels_count),
+        primitive(pixels_count),
+        face(pixels_count),
+        normal_x(pixels_count),
+        normal_y(pixels_count),
+        normal_z(pixels_count) {}
+  [[nodiscard]] std::size_t pixels_count() const { return depth_m.size(); }
+};
+
 /// The normalised coordinates (x, y at z = 1) that every pixel looks along; undoes the lens distortion.
 class PixelRays {
  public:
@@ -32,6 +50,8 @@ class PixelRays {
   [[nodiscard]] double y(int column, int row) const {
     return has_table_ ? y_[index(column, row)] : y_[at(row)];
   }
+  /// One row in single precision; both spans have width() elements.
+  void copy_row(int row, std::span<float> x, std::span<float> y) const;
   [[nodiscard]] int width() const { return width_; }
   [[nodiscard]] int height() const { return height_; }
   [[nodiscard]] double focal_px() const { return focal_px_; }
@@ -51,10 +71,11 @@ class Raycaster {
   /// Boot; allocates.
   Raycaster(const Scene& scene, const Intrinsics& intrinsics);
 
-  /// z of the first hit (metres, 0 where nothing is hit) and the solid's index (kNoPrimitive) for every
-  /// pixel, row-major. The camera must be outside of all solids. Step: no heap.
-  void cast(const Transform<World, Depth>& T_world_camera, std::span<float> depth_m,
-            std::span<std::uint16_t> primitive);
+  /// First hits of every pixel's ray, without normals. The camera must be outside of all solids. Step: no
+  /// heap.
+  void cast(const T_WorldDepth& T_world_camera, Hits& hits);
+  /// Fills the normals of what cast() found with the same pose. Step: no heap.
+  void find_normals(const T_WorldDepth& T_world_camera, Hits& hits) const;
 
   [[nodiscard]] const PixelRays& rays() const { return rays_; }
 

@@ -152,7 +152,14 @@ double IntersectTile(const SolidInView& view, std::int64_t primitive_index, Tile
   const auto& m = view.R_local_camera.m;
   const V ox = hn::Set(d, view.origin_local_m.x), oy = hn::Set(d, view.origin_local_m.y),
           oz = hn::Set(d, view.origin_local_m.z);
+  // A sharp box's face is the slab entered last: 1 + 2 * axis, plus 1 for the positive side.
   const auto index = hn::Set(di, primitive_index);
+  const auto face_of = [&](int axis, V direction) HWY_ATTR {
+    const std::int64_t negative = static_cast<std::int64_t>(1 + 2 * axis) << 16;
+    const auto is_positive_side = hn::RebindMask(di, hn::Lt(direction, hn::Zero(d)));
+    return hn::IfThenElse(is_positive_side, hn::Set(di, negative + (std::int64_t{1} << 16)),
+                          hn::Set(di, negative));
+  };
   V far = hn::Zero(d);
   for (std::size_t i = 0; i < TileRays::kCount; i += hn::Lanes(d)) {
     const V x = hn::Load(d, rays.x + i), y = hn::Load(d, rays.y + i), t = hn::Load(d, rays.t_m + i);
@@ -162,11 +169,14 @@ double IntersectTile(const SolidInView& view, std::int64_t primitive_index, Tile
     };
     const V dx = rotated(0), dy = rotated(3), dz = rotated(6);
     V enter = hn::Set(d, -kFar_m), leave = hn::Set(d, kFar_m);
+    V enter_x = enter, enter_xy = enter;
     bool is_closed_form = false;
     switch (s.shape) {
       case Shape::box:
         clip_to_slab(d, ox, dx, s.a, enter, leave);
+        enter_x = enter;
         clip_to_slab(d, oy, dy, s.b, enter, leave);
+        enter_xy = enter;
         clip_to_slab(d, oz, dz, s.c, enter, leave);
         is_closed_form = s.r == 0;
         break;
@@ -198,8 +208,15 @@ double IntersectTile(const SolidInView& view, std::int64_t primitive_index, Tile
       const M nearer = hn::And(candidate, hn::Lt(hit, t));
       nearest = hn::IfThenElse(nearer, hit, t);
       hn::Store(nearest, d, rays.t_m + i);
-      const auto before = hn::Load(di, rays.primitive + i);
-      hn::Store(hn::IfThenElse(hn::RebindMask(di, nearer), index, before), di, rays.primitive + i);
+      auto found = index;
+      if (s.shape == Shape::box && is_closed_form) {
+        const auto xy =
+            hn::IfThenElse(hn::RebindMask(di, hn::Gt(enter_xy, enter_x)), face_of(1, dy), face_of(0, dx));
+        found =
+            hn::Add(found, hn::IfThenElse(hn::RebindMask(di, hn::Gt(enter, enter_xy)), face_of(2, dz), xy));
+      }
+      const auto before = hn::Load(di, rays.solid + i);
+      hn::Store(hn::IfThenElse(hn::RebindMask(di, nearer), found, before), di, rays.solid + i);
     }
     far = hn::Max(far, nearest);
   }

@@ -11,8 +11,8 @@ namespace tactus::hal::synthetic {
 struct alignas(64) TileRays {
   static constexpr int kCount = 256;
   double x[kCount], y[kCount];
-  double t_m[kCount];              // nearest hit so far
-  std::int64_t primitive[kCount];  // its solid
+  double t_m[kCount];          // nearest hit so far
+  std::int64_t solid[kCount];  // index of its solid | face << 16, see Face
 };
 
 /// A solid as a camera sees it.
@@ -22,7 +22,7 @@ struct SolidInView {
   Vec3d origin_local_m;  // the camera
 };
 
-/// Lowers t_m and sets primitive where the solid is nearer; returns the largest t_m of the tile afterwards.
+/// Lowers t_m and sets `solid` where the solid is nearer; returns the largest t_m of the tile afterwards.
 double intersect_tile(const SolidInView& view, std::int64_t primitive_index, TileRays& rays);
 
 }  // namespace tactus::hal::synthetic

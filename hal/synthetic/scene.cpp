@@ -1,16 +1,15 @@
 #include "hal/synthetic/scene.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "hal/synthetic/rooms.hpp"
+#include "hal/synthetic/shade.hpp"
 #include "rt/assert.hpp"
 
 namespace tactus::hal::synthetic {
 namespace {
 constexpr double kGridCell_m = 0.1;
-constexpr double kOpennessReach_m = 0.18;  // a solid this near in front of a surface begins to shade it
 }  // namespace
 
 const char* name(SceneId scene) {
@@ -35,14 +34,15 @@ Scene make_scene(SceneId scene) {
 Scene::Scene(Parts parts) : parts_(std::move(parts)) {
   TACTUS_ASSERT(!parts_.primitives.empty());
   const Vec3d extent = parts_.room_max_m - parts_.room_min_m;
-  grid_size_ = {static_cast<int>(extent.x / kGridCell_m) + 2, static_cast<int>(extent.y / kGridCell_m) + 2,
-                static_cast<int>(extent.z / kGridCell_m) + 2};
-  for (int z = 0; z < grid_size_[2]; ++z)
-    for (int y = 0; y < grid_size_[1]; ++y)
-      for (int x = 0; x < grid_size_[0]; ++x)
-        grid_distance_m_.push_back(static_cast<float>(
-            nearest(parts_.room_min_m + Vec3d{x * kGridCell_m, y * kGridCell_m, z * kGridCell_m})
-                .distance_m));
+  const auto cells = [](double length_m) { return static_cast<int>(length_m / kGridCell_m) + 2; };
+  grid_.origin_m = parts_.room_min_m.cast<float>();
+  grid_.cell_m = static_cast<float>(kGridCell_m);
+  grid_.size = {cells(extent.x), cells(extent.y), cells(extent.z)};
+  for (int z = 0; z < grid_.size[2]; ++z)
+    for (int y = 0; y < grid_.size[1]; ++y)
+      for (int x = 0; x < grid_.size[0]; ++x)
+        grid_.distance_m.push_back(static_cast<float>(
+            distance(parts_.room_min_m + Vec3d{x * kGridCell_m, y * kGridCell_m, z * kGridCell_m})));
 }
 
 Scene::Nearest Scene::nearest(const Vec3d& p) const {
@@ -73,37 +73,9 @@ Vec3d Scene::normal(const Vec3d& p) const {
 Rgb8 Scene::albedo(const Vec3d& p) const {
   const Primitive& s = parts_.primitives[nearest(p).primitive_index];
   const Vec3d p_local = s.to_local(p);
-  return surface_color(*this, s, p_local, local_normal(s, p_local), 0);
-}
-
-float Scene::openness(const Vec3d& p, const Vec3d& normal) const {
-  const Vec3d q = p + normal * kOpennessReach_m - parts_.room_min_m;
-  const double gx = q.x / kGridCell_m, gy = q.y / kGridCell_m, gz = q.z / kGridCell_m;
-  // The negated form also sends NaN to the answer "open".
-  if (!(gx >= 0 && gy >= 0 && gz >= 0 && gx < grid_size_[0] - 1 && gy < grid_size_[1] - 1 &&
-        gz < grid_size_[2] - 1))
-    return 1;
-  const int ix = static_cast<int>(gx), iy = static_cast<int>(gy), iz = static_cast<int>(gz);
-  const auto fx = static_cast<float>(gx - ix), fy = static_cast<float>(gy - iy),
-             fz = static_cast<float>(gz - iz);
-  const std::ptrdiff_t row = grid_size_[0], slab = row * grid_size_[1];
-  const float* d = grid_distance_m_.data() + ix + iy * row + iz * slab;
-  const auto along_x = [&](std::ptrdiff_t i) { return d[i] + (d[i + 1] - d[i]) * fx; };
-  const float front = along_x(0) + (along_x(row) - along_x(0)) * fy;
-  const float back = along_x(slab) + (along_x(slab + row) - along_x(slab)) * fy;
-  const float mean_m = front + (back - front) * fz;
-  return std::min(std::max(mean_m * static_cast<float>(1 / kOpennessReach_m), 0.0F), 1.0F);
-}
-
-Rgb8 surface_color(const Scene& scene, const Primitive& primitive, const Vec3d& p, const Vec3d& n,
-                   double footprint_m) {
-  const Texture& texture = scene.textures()[scene.finishes()[primitive.finish].texture];
-  const double ax = std::fabs(n.x), ay = std::fabs(n.y), az = std::fabs(n.z);
-  // Projected along the dominant axis; shifted by the centre so that equal pieces do not look alike.
-  const Vec3d q = p + primitive.center_world_m * 0.37;
-  if (ay >= ax && ay >= az) return texture.sample(q.x, q.z, footprint_m);
-  if (ax >= az) return texture.sample(q.z, -q.y, footprint_m);
-  return texture.sample(q.x, -q.y, footprint_m);
+  return sample_along(parts_.textures[parts_.finishes[s.finish].texture],
+                      texture_point(s, p_local.cast<float>()),
+                      dominant_axis(local_normal(s, p_local).cast<float>()), 0);
 }
 
 }  // namespace tactus::hal::synthetic

@@ -58,7 +58,7 @@ class Scene {
     LoopSpec loop;
   };
 
-  /// Boot; computes the coarse openness grid for shading.
+  /// Boot; computes the distance grid.
   explicit Scene(Parts parts);
 
   /// Signed distance to the nearest surface, metres.
@@ -80,9 +80,15 @@ class Scene {
   };
   [[nodiscard]] Nearest nearest(const Vec3d& p_world_m) const;
 
-  /// How open the space is in front of a surface point: 0 in a crevice, 1 where nothing is near. Interpolated
-  /// from a 10 cm grid; for soft contact shadows only.
-  [[nodiscard]] float openness(const Vec3d& p_world_m, const Vec3d& normal) const;
+  /// distance() on a coarse grid over the room, for soft contact shadows: sizes x, y, z with x running
+  /// fastest.
+  struct DistanceGrid {
+    Vec3f origin_m;
+    float cell_m = 0;
+    std::array<int, 3> size{};
+    std::vector<float> distance_m;
+  };
+  [[nodiscard]] const DistanceGrid& grid() const { return grid_; }
 
   [[nodiscard]] std::span<const Primitive> primitives() const { return parts_.primitives; }
   [[nodiscard]] std::span<const Finish> finishes() const { return parts_.finishes; }
@@ -95,13 +101,8 @@ class Scene {
 
  private:
   Parts parts_;
-  std::array<int, 3> grid_size_{};
-  std::vector<float> grid_distance_m_;
+  DistanceGrid grid_;
 };
-
-/// Texture lookup on one solid at a point given in its frame; footprint_m is one pixel's width there.
-[[nodiscard]] Rgb8 surface_color(const Scene& scene, const Primitive& primitive, const Vec3d& p_local,
-                                 const Vec3d& normal_local, double footprint_m);
 
 /// Builds a room (0.1 s, 3 MB). Boot.
 [[nodiscard]] Scene make_scene(SceneId scene);

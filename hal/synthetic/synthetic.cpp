@@ -14,12 +14,10 @@ FrameRenderer::FrameRenderer(std::shared_ptr<const Scene> scene, const Synthetic
     : scene_(std::move(scene)),
       options_(options),
       calibration_(calibration_of(options)),
-      depth_caster_(*scene_, calibration_.depth) {
+      depth_caster_(*scene_, calibration_.depth),
+      hits_(static_cast<std::size_t>(calibration_.depth.width) *
+            static_cast<std::size_t>(calibration_.depth.height)) {
   if (!options_.is_registered) color_caster_ = std::make_unique<Raycaster>(*scene_, calibration_.color);
-  const auto pixels_count = static_cast<std::size_t>(calibration_.depth.width) *
-                            static_cast<std::size_t>(calibration_.depth.height);
-  depth_m_.resize(pixels_count);
-  primitive_.resize(pixels_count);
 }
 
 T_WorldDepth FrameRenderer::pose(int frame_index) const {
@@ -31,59 +29,70 @@ bool FrameRenderer::is_blank(int frame_index) const {
 }
 
 void FrameRenderer::cast_from_depth_camera(int frame_index) {
-  if (frame_in_scratch_ == frame_index) return;
-  depth_caster_.cast(pose(frame_index), depth_m_, primitive_);
-  frame_in_scratch_ = frame_index;
+  if (frame_in_hits_ == frame_index) return;
+  depth_caster_.cast(pose(frame_index), hits_);
+  frame_in_hits_ = frame_index;
+  has_normals_ = false;
+}
+
+void FrameRenderer::find_depth_normals(int frame_index) {
+  cast_from_depth_camera(frame_index);
+  if (!has_normals_) depth_caster_.find_normals(pose(frame_index), hits_);
+  has_normals_ = true;
 }
 
 void FrameRenderer::depth(int frame_index, std::span<std::uint16_t> raw) {
-  TACTUS_ASSERT(raw.size() == depth_m_.size());
+  TACTUS_ASSERT(raw.size() == hits_.pixels_count());
   if (is_blank(frame_index)) {
     std::fill(raw.begin(), raw.end(), std::uint16_t{0});
     return;
   }
-  cast_from_depth_camera(frame_index);
-  if (options_.has_noise)
-    apply_depth_noise(*scene_, depth_caster_.rays(), pose(frame_index), depth_m_, primitive_, options_.seed,
-                      frame_index, raw);
-  else
-    quantize_exact(depth_m_, raw);
+  if (!options_.has_noise) {
+    cast_from_depth_camera(frame_index);
+    quantize_exact(hits_.depth_m, raw);
+    return;
+  }
+  find_depth_normals(frame_index);
+  apply_depth_noise(*scene_, depth_caster_.rays(), pose(frame_index), hits_, options_.seed, frame_index, raw);
 }
 
 void FrameRenderer::exact_depth(int frame_index, std::span<float> depth_m) {
-  TACTUS_ASSERT(depth_m.size() == depth_m_.size());
+  TACTUS_ASSERT(depth_m.size() == hits_.pixels_count());
   cast_from_depth_camera(frame_index);
-  std::copy(depth_m_.begin(), depth_m_.end(), depth_m.begin());
+  std::copy(hits_.depth_m.begin(), hits_.depth_m.end(), depth_m.begin());
 }
 
 void FrameRenderer::labels(int frame_index, std::span<std::uint8_t> material_ids) {
-  TACTUS_ASSERT(material_ids.size() == primitive_.size());
+  TACTUS_ASSERT(material_ids.size() == hits_.pixels_count());
   cast_from_depth_camera(frame_index);
   const auto primitives = scene_->primitives();
   const auto finishes = scene_->finishes();
-  for (std::size_t i = 0; i < primitive_.size(); ++i)
-    material_ids[i] = primitive_[i] == kNoPrimitive
+  for (std::size_t i = 0; i < material_ids.size(); ++i) {
+    const std::uint16_t index = hits_.primitive[i];
+    material_ids[i] = index == kNoPrimitive
                           ? kNoMaterial
-                          : static_cast<std::uint8_t>(finishes[primitives[primitive_[i]].finish].material);
+                          : static_cast<std::uint8_t>(finishes[primitives[index].finish].material);
+  }
 }
 
 void FrameRenderer::color(int frame_index, std::span<std::uint8_t> rgb) {
-  TACTUS_ASSERT(rgb.size() == depth_m_.size() * 3);
+  TACTUS_ASSERT(rgb.size() == hits_.pixels_count() * 3);
   if (is_blank(frame_index)) {
     std::fill(rgb.begin(), rgb.end(), std::uint8_t{0});
     return;
   }
   if (!color_caster_) {
-    cast_from_depth_camera(frame_index);
-    shade(*scene_, depth_caster_.rays(), pose(frame_index), depth_m_, primitive_, rgb);
+    find_depth_normals(frame_index);
+    shade(*scene_, depth_caster_.rays(), pose(frame_index), hits_, rgb);
     return;
   }
   const Transform<World, Color> T_world_color = pose(frame_index) * calibration_.T_color_depth.inverse();
   // The caster knows one kind of camera; here it is the colour camera.
   const T_WorldDepth T_world_camera{T_world_color.rotation, T_world_color.translation};
-  frame_in_scratch_ = -1;
-  color_caster_->cast(T_world_camera, depth_m_, primitive_);
-  shade(*scene_, color_caster_->rays(), T_world_camera, depth_m_, primitive_, rgb);
+  frame_in_hits_ = -1;
+  color_caster_->cast(T_world_camera, hits_);
+  color_caster_->find_normals(T_world_camera, hits_);
+  shade(*scene_, color_caster_->rays(), T_world_camera, hits_, rgb);
 }
 
 namespace {

@@ -8,10 +8,10 @@
 namespace tactus::hal::synthetic {
 namespace {
 
+/// Uniform number of a lattice point; x and y in [0, 2 * period).
 float lattice(int x, int y, int period, std::uint32_t seed) {
-  const auto wrapped_x = static_cast<std::uint64_t>(((x % period) + period) % period);
-  const auto wrapped_y = static_cast<std::uint64_t>(((y % period) + period) % period);
-  return uniform01(hash64(wrapped_x | wrapped_y << 16 | static_cast<std::uint64_t>(seed) << 32));
+  const auto wrapped = [&](int i) { return static_cast<std::uint64_t>(i < period ? i : i - period); };
+  return uniform01(hash64(wrapped(x) | wrapped(y) << 16 | static_cast<std::uint64_t>(seed) << 32));
 }
 
 /// Value noise in [0, 1) with `period` lattice cells in the unit square.
@@ -168,8 +168,8 @@ std::uint32_t pack(const Color& c) {
 
 Texture::Texture(const TextureSpec& spec) {
   constexpr int kSize = 1 << kLog2Size;
-  texel_m_ = spec.period_m / kSize;
-  texels_per_m_ = kSize / spec.period_m;
+  texel_m_ = static_cast<float>(spec.period_m / kSize);
+  texels_per_m_ = static_cast<float>(kSize / spec.period_m);
   texels_.reserve(kSize * kSize * 4 / 3 + 1);
   for (int y = 0; y < kSize; ++y)
     for (int x = 0; x < kSize; ++x)
@@ -193,19 +193,19 @@ Texture::Texture(const TextureSpec& spec) {
   }
 }
 
-Rgb8 Texture::sample(double u_m, double v_m, double footprint_m) const {
+Rgb8 Texture::sample(float u_m, float v_m, float footprint_m) const {
   int level = 0;
   std::size_t first = 0;
-  double scale = texels_per_m_;
-  for (double texel_m = texel_m_ * 1.5; footprint_m > texel_m && level < kLog2Size - 2; texel_m *= 2) {
+  float scale = texels_per_m_;
+  for (float texel_m = texel_m_ * 1.5F; footprint_m > texel_m && level < kLog2Size - 2; texel_m *= 2) {
     first += std::size_t{1} << (2 * (kLog2Size - level));
     ++level;
-    scale *= 0.5;
+    scale *= 0.5F;
   }
   // Fixed point with 8 fractional bits; the offset, a multiple of every period, keeps the truncation a floor.
-  constexpr double kOffset = 16384;
-  const auto u = static_cast<std::uint32_t>((u_m * scale - 0.5 + kOffset) * 256);
-  const auto v = static_cast<std::uint32_t>((v_m * scale - 0.5 + kOffset) * 256);
+  constexpr float kOffset = 8192;
+  const auto u = static_cast<std::uint32_t>((u_m * scale - 0.5F + kOffset) * 256);
+  const auto v = static_cast<std::uint32_t>((v_m * scale - 0.5F + kOffset) * 256);
   const int log2_size = kLog2Size - level;
   const std::uint32_t mask = (1U << log2_size) - 1;
   const std::uint32_t x0 = u >> 8 & mask, x1 = (x0 + 1) & mask;

@@ -44,12 +44,12 @@ class Texture {
 
   /// Colour at surface coordinates (u, v) in metres, bilinear, filtered to about `footprint_m` (one pixel's
   /// width). Any phase, any thread, wait-free.
-  [[nodiscard]] Rgb8 sample(double u_m, double v_m, double footprint_m) const;
+  [[nodiscard]] Rgb8 sample(float u_m, float v_m, float footprint_m) const;
 
  private:
   static constexpr int kLog2Size = 7;
-  double texels_per_m_ = 0;
-  double texel_m_ = 0;
+  float texels_per_m_ = 0;
+  float texel_m_ = 0;
   std::vector<std::uint32_t> texels_;  // level 0 (128 x 128), then 64 x 64, ... 1 x 1
 };
 

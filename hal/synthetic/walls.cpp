@@ -20,7 +20,7 @@ constexpr LoopSpec kLoop{.center_world_m = {0, 1.25, 0},
 Scene::Parts make_wall() {
   SceneBuilder b;
   const FinishId paper =
-      b.finish(Material::wallpaper, {Pattern::picture, {196, 160, 120}, {70, 90, 130}, 6, 1.6, 0.4, 3});
+      b.finish(Material::wallpaper, {Pattern::picture, {196, 160, 120}, {70, 90, 130}, 7, 0.8, 0.4, 3});
   b.room({-5, -2, -1.5}, {5, 5, 1.5});
   b.begin("wall");
   b.box(paper, {0, 1.25, -1.6}, {12, 12, 0.1});
