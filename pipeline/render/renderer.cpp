@@ -91,7 +91,7 @@ std::size_t Renderer::pixels_count() const {
 }
 
 rt::Result<void> Renderer::bind(const RenderConfig& config, rt::Slice slice) {
-  TACTUS_ASSERT(programs_[kRealProgram] == 0);
+  TACTUS_ASSERT(programs_[kVideoProgram] == 0);
   if (glGetString(GL_VERSION) == nullptr)
     return rt::Error{rt::ExitCode::device_unavailable,
                      "render: no GLES context is current on this thread; open a display first"};
@@ -124,7 +124,8 @@ rt::Result<void> Renderer::bind(const RenderConfig& config, rt::Slice slice) {
     std::array<const char*, 3> fragment;
   };
   const std::array<Source, kProgramCount> sources = {{
-      {"real", {kShaderCommon, kRealVertex}, {kShaderCommon, "", kRealFragment}},
+      {"video", {kShaderCommon, kRealVertex}, {kShaderCommon, kWithoutOverlay, kRealFragment}},
+      {"video with overlay", {kShaderCommon, kRealVertex}, {kShaderCommon, kWithOverlay, kRealFragment}},
       {"sphere", {kShaderCommon, kSphereVertex}, {kShaderCommon, kShaderVirtual, kSphereFragment}},
       {"box", {kShaderCommon, kBoxVertex}, {kShaderCommon, kShaderVirtual, kBoxFragment}},
   }};
@@ -231,7 +232,7 @@ rt::Status Renderer::step(const RenderInputs& inputs) noexcept {
         build_instances(inputs.bodies, inputs.T_world_depth, config_.camera, config_.clip, spheres_, boxes_);
   upload_images(inputs, has_overlay, counts.spheres_count + counts.boxes_count > 0);
   upload_frame_block(inputs, has_overlay);
-  draw(counts);
+  draw(counts, has_overlay);
 
   const rt::Status status = take_errors();
   if (status != rt::Status::ok) return status;
@@ -283,7 +284,7 @@ void Renderer::upload_frame_block(const RenderInputs& inputs, bool has_overlay) 
   glBufferSubData(GL_UNIFORM_BUFFER, 0, sizeof(block), &block);
 }
 
-void Renderer::draw(const InstanceCounts& counts) noexcept {
+void Renderer::draw(const InstanceCounts& counts, bool has_overlay) noexcept {
   glDisable(GL_BLEND);
   glDisable(GL_CULL_FACE);
   glDisable(GL_SCISSOR_TEST);
@@ -292,8 +293,8 @@ void Renderer::draw(const InstanceCounts& counts) noexcept {
   glClear(GL_DEPTH_BUFFER_BIT);  // the first pass writes every pixel's colour
 
   glDisable(GL_DEPTH_TEST);
-  glUseProgram(programs_[kRealProgram]);
-  glBindVertexArray(vertex_arrays_[kRealProgram]);
+  glUseProgram(programs_[has_overlay ? kOverlayProgram : kVideoProgram]);
+  glBindVertexArray(vertex_arrays_[kVideoProgram]);  // no attributes: corners come from their number
   glDrawArrays(GL_TRIANGLES, 0, 3);
 
   glEnable(GL_DEPTH_TEST);

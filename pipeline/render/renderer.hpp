@@ -84,7 +84,7 @@ class Renderer {
     kPaletteTexture,
     kTextureCount
   };
-  enum Program : std::uint8_t { kRealProgram, kSphereProgram, kBoxProgram, kProgramCount };
+  enum Program : std::uint8_t { kVideoProgram, kOverlayProgram, kSphereProgram, kBoxProgram, kProgramCount };
   enum Buffer : std::uint8_t { kFrameBuffer, kSphereBuffer, kCornerBuffer, kBoxBuffer, kBufferCount };
 
   [[nodiscard]] std::size_t pixels_count() const;
@@ -92,7 +92,7 @@ class Renderer {
   void reserve_buffers();
   void upload_images(const RenderInputs& inputs, bool has_overlay, bool has_bodies) noexcept;
   void upload_frame_block(const RenderInputs& inputs, bool has_overlay) noexcept;
-  void draw(const InstanceCounts& counts) noexcept;
+  void draw(const InstanceCounts& counts, bool has_overlay) noexcept;
 
   RenderConfig config_;
   Projection projection_{};

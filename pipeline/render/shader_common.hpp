@@ -54,7 +54,12 @@ vec3 lit(vec3 albedo, vec3 normal, vec3 point) {
   float sky = 0.5 + 0.5 * dot(normal, up.xyz);
   float facing = max(dot(normal, toward_light.xyz), 0.0);
   vec3 halfway = normalize(toward_light.xyz - normalize(point));
-  float gloss = facing > 0.0 ? pow(max(dot(normal, halfway), 0.0), 40.0) : 0.0;
+  float gloss = facing > 0.0 ? max(dot(normal, halfway), 0.0) : 0.0;
+  gloss *= gloss;  // to the 32nd power; pow() makes a picture of 30 bodies 5 % slower
+  gloss *= gloss;
+  gloss *= gloss;
+  gloss *= gloss;
+  gloss *= gloss;
   return albedo * (0.3 + 0.22 * sky + 0.55 * facing) + 0.3 * gloss;
 }
 )";

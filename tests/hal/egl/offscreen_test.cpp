@@ -40,7 +40,7 @@ TEST_F(OffscreenDisplayTest, WhatIsDrawnIsThereAfterPresent) {
   EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR));
 }
 
-TEST_F(OffscreenDisplayTest, DepthBufferHidesWhatIsBehind) {
+TEST_F(OffscreenDisplayTest, DepthBufferHasAtLeast24Bits) {
   ASSERT_EQ(sut_->begin(), rt::Status::ok);
   GLint bits = 0;
   glGetFramebufferAttachmentParameteriv(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT,
