@@ -28,7 +28,7 @@ Result<void> WorkerPool::start(int threads_count, const ThreadSpec& spec) {
     Worker& worker = workers_[static_cast<std::size_t>(i)];
     worker.pool = this;
     worker.lane_index = static_cast<std::uint32_t>(i) + 1;
-    std::snprintf(worker.name, sizeof worker.name, "%.13s%d", spec.name, i + 1);
+    std::snprintf(worker.name, sizeof worker.name, "%.13s%c", spec.name, static_cast<char>('1' + i));
     ThreadSpec spec_of_lane = spec;
     spec_of_lane.name = worker.name;
     auto thread = RtThread::start(spec_of_lane, &WorkerPool::worker_main, &worker);
