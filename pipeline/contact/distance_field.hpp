@@ -1,0 +1,36 @@
+// What contact needs of the map: a distance with its gradient, and what the surface is made of.
+#pragma once
+
+#include "hal/transform.hpp"
+#include "pipeline/label/material.hpp"
+#include "pipeline/map/reader.hpp"
+
+namespace tactus::contact {
+
+/// A signed distance field, seen through two functions and their context: the live map (map_field.hpp) or an
+/// analytic scene in a test. Non-owning and cheap to copy; the context must outlive every user. The functions
+/// run in the step phase: no heap, no lock, bounded; they may be called from one thread at a time.
+struct DistanceField {
+  /// False where the place was never observed. Otherwise metres to the surface, positive in front, saturated
+  /// at
+  /// +-truncation_m, and the unit gradient towards free space (zero where flat). The distance may be
+  /// projective, that is, longer than the true one by 1/cos of the viewing angle; its zero level set is
+  /// exact.
+  using Sample = bool (*)(const void* context, const Vec3f& p_world_m, map::DistanceSample& out) noexcept;
+  /// Posterior of the surface nearest to p; false when nothing has labelled it.
+  using Materials = bool (*)(const void* context, const Vec3f& p_world_m, MaterialDistribution& out) noexcept;
+
+  const void* context = nullptr;
+  Sample sample_fn = nullptr;
+  Materials materials_fn = nullptr;
+  float truncation_m = 0.04F;
+
+  [[nodiscard]] bool sample(const Vec3d& p_world_m, map::DistanceSample& out) const noexcept {
+    return sample_fn(context, p_world_m.cast<float>(), out);
+  }
+  [[nodiscard]] bool materials(const Vec3d& p_world_m, MaterialDistribution& out) const noexcept {
+    return materials_fn(context, p_world_m.cast<float>(), out);
+  }
+};
+
+}  // namespace tactus::contact

@@ -1,0 +1,54 @@
+// Where a shape touches a distance field: kernels without ODE.
+//
+// A shape is tested by points of its own surface, never by the distance at its centre: a ball larger than the
+// truncation distance has a saturated centre, and a projective distance is only exact near zero, where the
+// surface points are. Three rules keep virtual things out of trouble with a map that has been seen from one
+// side:
+//   - a point in unseen space touches nothing;
+//   - a point deeper than the truncation band touches nothing: it is behind the surface, not in it;
+//   - a contact must push the shape's centre away from the surface, and the centre must not itself be behind
+//   it:
+//     the back of a surface neither stops a body nor sucks it through.
+#pragma once
+
+#include <span>
+
+#include "pipeline/contact/distance_field.hpp"
+#include "pipeline/contact/shape.hpp"
+
+namespace tactus::contact {
+
+/// Contacts begin this far in front of the surface and rest where depth equals it, that is, at distance zero:
+/// a resting body keeps its contacts from step to step instead of losing them to rounding. 0.5 mm is a
+/// twentieth of a voxel.
+inline constexpr double kContactMarginM = 0.0005;
+inline constexpr int kFieldContactsMax = 12;  // a box: 3 faces of a corner, 4 points each
+
+struct FieldContact {
+  Vec3d position_world_m;  // on the shape's surface
+  Vec3d normal_world;      // unit, towards free space: pushes the shape out
+  double depth_m = 0;      // >= 0, counted from kContactMarginM in front of the surface
+};
+
+/// Contacts of a sphere: one per distinct surface direction (floor, wall, corner), at most 4. Up to 26 seed
+/// directions are sampled and the lowest of each neighbourhood descends to the deepest point of the sphere
+/// (fixed point direction = -gradient, bracketed on sharp bumps). Radius up to about 8 truncation
+/// distances. Step phase; wait-free.
+int sphere_contacts(const DistanceField& field, const Vec3d& center_world_m, double radius_m,
+                    std::span<FieldContact, kFieldContactsMax> out) noexcept;
+
+/// Contacts of a box: points of a lattice on its surface no wider than the truncation distance (at most 5
+/// along an edge), grouped by normal, each group reduced to at most 4 spread far apart. Step phase;
+/// wait-free.
+int box_contacts(const DistanceField& field, const Vec3d& center_world_m, const Rotation& R_world_body,
+                 const Vec3d& half_extents_m, std::span<FieldContact, kFieldContactsMax> out) noexcept;
+
+/// Conservative advancement (Mirtich 1996): the fraction of `displacement` that the shape can travel until it
+/// first touches a surface it moves towards; 1 when it can travel all of it. Orientation is held. Surfaces
+/// that it slides along (approach under 12 degrees) do not stop it: contacts hold those. Bounded to 128 field
+/// evaluations of the shape; when those do not suffice the shape is stopped where it is known to be free.
+/// Step phase; wait-free.
+double free_fraction(const DistanceField& field, const Shape& shape, const Vec3d& from_world_m,
+                     const Rotation& R_world_body, const Vec3d& displacement_m) noexcept;
+
+}  // namespace tactus::contact

@@ -1,0 +1,78 @@
+#include "pipeline/contact/field_geom.hpp"
+
+#include <array>
+#include <cstring>
+
+#include "pipeline/contact/field_contacts.hpp"
+#include "rt/assert.hpp"
+
+namespace tactus::contact {
+namespace {
+
+const DistanceField& field_of_geom(dGeomID geom) {
+  return *static_cast<const DistanceField*>(dGeomGetClassData(geom));
+}
+
+// dCollide writes contacts `skip` bytes apart, with the normal pointing into the first geom. The field comes
+// first, so the normal that pushes the body out is written negated.
+int collide(dGeomID field_geom, dGeomID body_geom, int flags, dContactGeom* out, int skip) {
+  std::array<FieldContact, kFieldContactsMax> contacts;
+  const DistanceField& field = field_of_geom(field_geom);
+  const dReal* p = dGeomGetPosition(body_geom);
+  const Vec3d center{p[0], p[1], p[2]};
+  int count = 0;
+  if (dGeomGetClass(body_geom) == dSphereClass) {
+    count = sphere_contacts(field, center, dGeomSphereGetRadius(body_geom), contacts);
+  } else {
+    const dReal* r = dGeomGetRotation(body_geom);  // 3 rows of 4
+    const Rotation R_world_body{{r[0], r[1], r[2], r[4], r[5], r[6], r[8], r[9], r[10]}};
+    dVector3 lengths;
+    dGeomBoxGetLengths(body_geom, lengths);
+    count =
+        box_contacts(field, center, R_world_body, {lengths[0] / 2, lengths[1] / 2, lengths[2] / 2}, contacts);
+  }
+  const int room = flags & 0xffff;
+  if (count > room) count = room;
+  for (int i = 0; i < count; ++i) {
+    const FieldContact& c = contacts[static_cast<std::size_t>(i)];
+    auto* g = reinterpret_cast<dContactGeom*>(reinterpret_cast<char*>(out) + i * skip);
+    g->pos[0] = c.position_world_m.x;
+    g->pos[1] = c.position_world_m.y;
+    g->pos[2] = c.position_world_m.z;
+    g->normal[0] = -c.normal_world.x;
+    g->normal[1] = -c.normal_world.y;
+    g->normal[2] = -c.normal_world.z;
+    g->depth = c.depth_m;
+    g->g1 = field_geom;
+    g->g2 = body_geom;
+    g->side1 = g->side2 = -1;
+  }
+  return count;
+}
+
+dColliderFn* collider_for(int other_class) {
+  return other_class == dSphereClass || other_class == dBoxClass ? collide : nullptr;
+}
+
+void everywhere(dGeomID, dReal aabb[6]) {
+  aabb[0] = aabb[2] = aabb[4] = -dInfinity;
+  aabb[1] = aabb[3] = aabb[5] = dInfinity;
+}
+
+}  // namespace
+
+dGeomID create_field_geom(dSpaceID space, const DistanceField& field) {
+  dGeomClass description;
+  std::memset(&description, 0, sizeof description);
+  description.bytes = sizeof(DistanceField);
+  description.collider = collider_for;
+  description.aabb = everywhere;
+  const int field_class = dCreateGeomClass(&description);
+  dGeomID geom = dCreateGeom(field_class);
+  TACTUS_ASSERT(geom != nullptr);
+  *static_cast<DistanceField*>(dGeomGetClassData(geom)) = field;
+  dSpaceAdd(space, geom);
+  return geom;
+}
+
+}  // namespace tactus::contact

@@ -1,0 +1,26 @@
+// The live map as a distance field.
+#pragma once
+
+#include "pipeline/contact/distance_field.hpp"
+
+namespace tactus::contact {
+
+/// Any phase; lock-free. `reader` must outlive the field.
+inline DistanceField field_of(const map::Reader& reader) {
+  DistanceField field;
+  field.context = &reader;
+  field.truncation_m = reader.truncation_m();
+  field.sample_fn = [](const void* context, const Vec3f& p, map::DistanceSample& out) noexcept {
+    return static_cast<const map::Reader*>(context)->sample(p, out);
+  };
+  field.materials_fn = [](const void* context, const Vec3f& p, MaterialDistribution& out) noexcept {
+    map::SurfacePoint surface;
+    if (!static_cast<const map::Reader*>(context)->nearest_surface(p, surface)) return false;
+    if (surface.material == kUnknownMaterial) return false;
+    out = surface.materials;
+    return true;
+  };
+  return field;
+}
+
+}  // namespace tactus::contact
