@@ -60,6 +60,7 @@ cpu_set_t usable_cores(std::uint64_t core_mask) {
 
 void say_once(const std::string& sentence) {
   static std::atomic<bool> was_said{false};
+  // Relaxed: decides who speaks, publishes nothing.
   if (!was_said.exchange(true, std::memory_order_relaxed)) std::fprintf(stderr, "%s\n", sentence.c_str());
 }
 

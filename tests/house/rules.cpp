@@ -253,6 +253,15 @@ bool looks_like_code(std::string_view comment) {
          std::regex_match(text, opening) || std::regex_match(text, directive);
 }
 
+// An example within an explanation is set off by three blanks and stands below a colon or an empty comment
+// line.
+bool is_example(const SourceFile& file, std::size_t line) {
+  if (line == 0 || file.lines[line].raw.find("//   ") == std::string::npos) return false;
+  const Line& above = file.lines[line - 1];
+  const std::string_view text = trim(above.comment);
+  return above.raw.find("//") != std::string::npos && (text.empty() || text.ends_with(':'));
+}
+
 bool is_banner(std::string_view comment) {
   const auto text = trim(comment);
   return text.size() >= 8 && text.find_first_not_of("=-*#/~_+") == std::string_view::npos;
@@ -354,7 +363,8 @@ std::vector<Finding> check_comments(const SourceFile& file) {
     };
     for (const std::string_view word : {"TODO", "FIXME", "XXX", "HACK"})
       if (find_word(comment, word) != std::string_view::npos) report(std::string(word) + " in a comment");
-    if (looks_like_code(comment)) report("code in a comment: " + std::string(trim(comment)));
+    if (looks_like_code(comment) && !is_example(file, i))
+      report("code in a comment: " + std::string(trim(comment)));
     if (is_banner(comment)) report("banner line");
     const auto lint = comment.find("NOLINT");
     if (lint != std::string_view::npos && comment.find(": ", lint) == std::string_view::npos)
@@ -422,8 +432,8 @@ std::vector<Finding> check_tests(const SourceFile& file) {
     if (body && !asserts(code.text, *body, 2))
       findings.push_back({file.path, code.line[at], name + " asserts nothing"});
   }
-  if (has_cases && !file.path.ends_with("_test.cpp"))
-    findings.push_back({file.path, 0, "holds test cases, so its name must end in _test.cpp"});
+  if (has_cases && !file.path.ends_with("_test.cpp") && !file.path.ends_with("_suite.cpp"))
+    findings.push_back({file.path, 0, "holds test cases, so its name must end in _test.cpp or _suite.cpp"});
   return findings;
 }
 

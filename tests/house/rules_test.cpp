@@ -177,8 +177,9 @@ TEST(DeterminismWords, ExactOperationsAndOtherFoldersAreFine) {
 TEST(Comments, CodeAndBannersAndDebtsAreFound) {
   for (const char* bad :
        {"// a = b + c;", "// return false;", "//   if (a < b) {", "// }", "// #include <vector>",
-        "// map.integrate(frame);", "/* x->y(1); */", "// TODO later", "int a;  // FIXME",
-        "//--------------------", "// ==========", "int a;  // NOLINT", "// std::swap(a, b);"})
+        "// map.integrate(frame);", "/* x->y(1); */", "    //   map.integrate(frame);", "// TODO later",
+        "int a;  // FIXME", "//--------------------", "// ==========", "int a;  // NOLINT",
+        "// std::swap(a, b);"})
     EXPECT_EQ(findings_of(check_comments, "rt/x.cpp", bad), 1u) << bad;
 }
 
@@ -189,6 +190,13 @@ TEST(Comments, SentencesAreFine) {
         "// NOLINT(x): the C library wants it so", "// a -> b -> c", "// f(x) = x * x",
         "// if (rarely) the map is full, it evicts"})
     EXPECT_EQ(findings_of(check_comments, "rt/x.cpp", good), 0u) << good;
+}
+
+TEST(Comments, ExampleInAnExplanationIsFine) {
+  EXPECT_EQ(findings_of(check_comments, "rt/x.hpp", "// Use it so:\n//   map.integrate(frame);\n"), 0u);
+  EXPECT_EQ(findings_of(check_comments, "rt/x.hpp", "// What.\n//\n//   map.integrate(frame);\n"), 0u);
+  EXPECT_EQ(findings_of(check_comments, "rt/x.hpp", "int a;\n//   map.integrate(frame);\n"), 1u);
+  EXPECT_EQ(findings_of(check_comments, "rt/x.hpp", "// What:\n// map.integrate(frame);\n"), 1u);
 }
 
 TEST(Atomics, AccessWithoutPartnerOrReasonIsFound) {
