@@ -21,8 +21,11 @@ SizeClass class_of(std::size_t bytes) {
     const std::size_t index = (bytes - 1) / 64;
     return {index, (index + 1) * 64};
   }
-  const std::size_t rounded = std::bit_ceil(bytes);
-  return {64 + static_cast<std::size_t>(std::countr_zero(rounded)) - 13, rounded};
+  // Eighths of an octave: floor is 4096 * 2^octave, less than an eighth of it is wasted.
+  const auto octave = static_cast<std::size_t>(std::bit_width(bytes - 1)) - 13;
+  const std::size_t eighth = std::size_t{512} << octave;
+  const std::size_t eighths = (bytes + eighth - 1) / eighth;  // 9 ... 16
+  return {64 + octave * 8 + (eighths - 9), eighths * eighth};
 }
 
 // ODE's handlers carry no context, so the pool in force is a variable of the process (see start_ode).

@@ -2,9 +2,9 @@
 //
 // ODE tells the size when it frees, and asks for a handful of sizes over and over (bodies, geoms, contact
 // joints, the step's work area), so a free list per size class is exact and constant-time: sizes up to 4 KiB
-// in classes of 64 bytes, larger ones in powers of two. Fresh blocks are cut front to back; nothing is ever
-// merged. What one class has freed another cannot use; the high-water mark shows what that costs (measured:
-// nothing after warm-up, ODE's sizes recur).
+// in classes of 64 bytes, larger ones in eighths of an octave. Fresh blocks are cut front to back; nothing is
+// ever merged. What one class has freed another cannot use; the high-water mark shows what that costs
+// (measured: nothing after warm-up, ODE's sizes recur).
 #pragma once
 
 #include <array>
@@ -39,8 +39,8 @@ class OdePool {
   struct FreeBlock {
     FreeBlock* next;
   };
-  static constexpr std::size_t kSmallClasses = 64;  // 64, 128, ... 4096 bytes
-  static constexpr std::size_t kLargeClasses = 24;  // 8 KiB ... 64 GiB
+  static constexpr std::size_t kSmallClasses = 64;      // 64, 128, ... 4096 bytes
+  static constexpr std::size_t kLargeClasses = 8 * 24;  // 4.5 KiB ... 64 GiB
 
   std::array<FreeBlock*, kSmallClasses + kLargeClasses> free_{};
   std::byte* next_ = nullptr;

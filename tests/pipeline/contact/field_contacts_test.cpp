@@ -54,8 +54,7 @@ TEST(SphereContacts, BumpSharperThanTheSphereIsFound) {
   for (int i = 0; i < 200; ++i) {
     const Vec3d direction = random_direction(random);
     Contacts contacts;
-    ASSERT_EQ(sphere_contacts(scene.field(), direction * 0.108, 0.08, contacts), 1)
-        << direction.x << " " << direction.y << " " << direction.z;
+    ASSERT_EQ(sphere_contacts(scene.field(), direction * 0.108, 0.08, contacts), 1);
     EXPECT_NEAR(contacts[0].depth_m, 0.002 + kContactMarginM, 4e-4);
     EXPECT_GT(contacts[0].normal_world.dot(direction), 0.98);
   }

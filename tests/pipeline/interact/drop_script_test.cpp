@@ -1,0 +1,174 @@
+#include "pipeline/interact/drop_script.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <string>
+
+#include "tests/pipeline/contact/analytic_field.hpp"
+
+namespace tactus::interact {
+namespace {
+
+const Vec3d kGravity{0, -9.81, 0};
+
+/// A camera 1.2 m above the floor that looks along -z and 30 degrees down: rows of the rotation are world
+/// axes.
+T_WorldDepth camera() {
+  T_WorldDepth T;
+  const double c = 0.8660254037844386, s = 0.5;
+  T.rotation.m = {1, 0, 0, 0, -c, -s, 0, s, -c};
+  T.translation = {0, 1.2, 0};
+  return T;
+}
+
+std::string complaint(const std::string& toml) {
+  const auto result = parse_drop_script(toml, "drop.toml");
+  EXPECT_FALSE(result.has_value()) << toml;
+  if (result) return "";
+  EXPECT_EQ(result.error().code, rt::ExitCode::bad_usage);
+  return result.error().message;
+}
+
+TEST(DropScript, EveryKeyIsRead) {
+  const auto script = parse_drop_script(R"(
+[[throw]]
+at_frame = 12
+shape = "box"
+size_m = [0.2, 0.1, 0.3]
+material = "ceramic"
+position_m = [1, 2, -3]
+velocity_m_per_s = [0.5, 0, -1]
+[[throw]]
+at_s = 2.5
+radius_m = 0.03
+in_front_m = 1.5
+above_surface_m = 0.2
+speed_m_per_s = 4
+)",
+                                        "drop.toml");
+  ASSERT_TRUE(script.has_value()) << script.error().message;
+  const auto& throws = script.value();
+  ASSERT_EQ(throws.size(), 2U);
+  EXPECT_EQ(throws[0].at_frame, 12U);
+  EXPECT_EQ(throws[0].shape.kind, contact::ShapeKind::box);
+  EXPECT_EQ(throws[0].shape.half_extents_m, (Vec3d{0.1, 0.05, 0.15}));
+  EXPECT_EQ(throws[0].material, material_from_name("ceramic"));
+  EXPECT_EQ(throws[0].position_world_m, (Vec3d{1, 2, -3}));
+  EXPECT_EQ(throws[0].velocity_world_m_per_s, (Vec3d{0.5, 0, -1}));
+  EXPECT_EQ(throws[1].at_time->ns, 2'500'000'000);
+  EXPECT_DOUBLE_EQ(throws[1].shape.radius_m, 0.03);
+  EXPECT_FALSE(throws[1].position_world_m.has_value());
+  EXPECT_DOUBLE_EQ(throws[1].in_front_m, 1.5);
+  EXPECT_DOUBLE_EQ(*throws[1].above_surface_m, 0.2);
+  EXPECT_DOUBLE_EQ(throws[1].speed_m_per_s, 4);
+}
+
+TEST(DropScript, MistakesAreOneSentenceWithFileLineAndKey) {
+  EXPECT_EQ(complaint(""), "drop.toml: the script has no [[throw]]");
+  EXPECT_NE(complaint("[throw]\nat_s = 1\n").find("drop.toml:1: write [[throw]]"), std::string::npos);
+  EXPECT_NE(complaint("speed = 3\n").find("drop.toml:1: unknown key \"speed\""), std::string::npos);
+  EXPECT_NE(complaint("[[throw]]\nat_s = 1\nradios_m = 3\n")
+                .find("drop.toml:3: [[throw]] has the unknown key \"radios_m\""),
+            std::string::npos);
+  EXPECT_NE(complaint("[[throw]]\nat_s = 1\nradius_m = 30\n").find("drop.toml:3: [[throw]] radius_m is 30"),
+            std::string::npos);
+  EXPECT_NE(complaint("[[throw]]\nat_s = 1\nradius_m = nan\n").find("radius_m is nan"), std::string::npos);
+  EXPECT_NE(complaint("[[throw]]\nradius_m = 0.1\n").find("exactly one of at_s and at_frame"),
+            std::string::npos);
+  EXPECT_NE(complaint("[[throw]]\nat_s = 1\nat_frame = 1\n").find("exactly one of"), std::string::npos);
+  EXPECT_NE(complaint("[[throw]]\nat_frame = 1.5\n").find("whole number"), std::string::npos);
+  EXPECT_NE(complaint("[[throw]]\nat_frame = -1\n").find("at_frame is -1"), std::string::npos);
+  EXPECT_NE(complaint("[[throw]]\nat_s = 1\nshape = \"cone\"\n").find("shape is \"cone\""),
+            std::string::npos);
+  EXPECT_NE(complaint("[[throw]]\nat_s = 1\nshape = 3\n").find("must be a text"), std::string::npos);
+  EXPECT_NE(complaint("[[throw]]\nat_s = 1\nsize_m = [1, 1, 1]\n").find("a sphere has radius_m"),
+            std::string::npos);
+  EXPECT_NE(complaint("[[throw]]\nat_s = 1\nmaterial = \"gold\"\n").find("\"gold\" is not one of the 23"),
+            std::string::npos);
+  EXPECT_NE(complaint("[[throw]]\nat_s = 1\nposition_m = [1, 2]\n").find("three numbers"), std::string::npos);
+  EXPECT_NE(
+      complaint("[[throw]]\nat_s = 1\nposition_m = [1, 2, \"a\"]\n").find("position_m[2] must be a number"),
+      std::string::npos);
+  EXPECT_NE(complaint("[[throw]]\nat_s = 1\nposition_m = [1, 2, 3]\nin_front_m = 1\n").find("keep one"),
+            std::string::npos);
+  EXPECT_NE(complaint("[[throw]]\nat_s = = 1\n").find("drop.toml:2: not valid TOML"), std::string::npos);
+  EXPECT_NE(complaint("throw = [1]\n").find("must be a table"), std::string::npos);
+  std::string many;
+  for (std::size_t i = 0; i <= kThrowsMax; ++i) many += "[[throw]]\nat_s = 1\n";
+  EXPECT_NE(complaint(many).find("more than 256 throws"), std::string::npos);
+  const auto missing = load_drop_script("/nowhere/drop.toml");
+  ASSERT_FALSE(missing.has_value());
+  EXPECT_EQ(missing.error().message, "/nowhere/drop.toml: the script cannot be read");
+}
+
+TEST(DropScript, BuiltInBallStartsAboveTheFloorInView) {
+  auto scene = test::floor_scene();
+  const contact::DistanceField field = scene.field();
+  DropScript sut(default_drop_script());
+  std::array<contact::BodySpec, 4> out;
+  EXPECT_EQ(sut.due(29, {999'999'999}, camera(), kGravity, field, out), 0U);
+  ASSERT_EQ(sut.due(30, {1'000'000'000}, camera(), kGravity, field, out), 1U);
+  EXPECT_NEAR(out[0].position_world_m.y, 0.4 + 0.05, 0.002);
+  EXPECT_NEAR(out[0].position_world_m.z, -0.8 * 0.8660254, 1e-6);
+  EXPECT_EQ(out[0].velocity_world_m_per_s, Vec3d{});
+  EXPECT_EQ(sut.throws_left(), 0U);
+  EXPECT_EQ(sut.due(31, {2'000'000'000}, camera(), kGravity, field, out), 0U) << "only once";
+}
+
+TEST(DropScript, TableNearerThanTheThrowIsFoundByComingNearer) {
+  // A table whose far edge is at z = -0.57, seen from above; behind it nothing is known.
+  test::AnalyticField scene([](const Vec3d& p) { return p.y - 0.7; });
+  scene.set_seen([](const Vec3d& p) { return p.z > -0.57; });
+  const auto start =
+      place_above_surface(contact::Shape::sphere(0.05), 0.8, 0.3, camera(), kGravity, scene.field());
+  ASSERT_TRUE(start.has_value());
+  EXPECT_GT(start->z, -0.57);
+  EXPECT_LT(start->z, -0.5);
+  EXPECT_NEAR(start->y, 0.7 + 0.35, 0.002);
+}
+
+TEST(DropScript, WallInTheWayIsNotPassed) {
+  test::AnalyticField scene(
+      [](const Vec3d& p) { return std::min(p.y, p.z + 0.4); });  // a wall 0.46 m along the view
+  EXPECT_FALSE(
+      place_above_surface(contact::Shape::sphere(0.05), 0.8, 0.3, camera(), kGravity, scene.field()));
+}
+
+TEST(DropScript, WaitsForTheMapAndThenDropsStraightInFront) {
+  auto scene = test::floor_scene();
+  scene.set_solid(false);
+  const contact::DistanceField field = scene.field();
+  DropScript sut(default_drop_script());
+  std::array<contact::BodySpec, 4> out;
+  EXPECT_EQ(sut.due(30, {1'000'000'000}, camera(), kGravity, field, out), 0U);
+  EXPECT_EQ(sut.due(150, {5'900'000'000}, camera(), kGravity, field, out), 0U);
+  ASSERT_EQ(sut.due(180, {6'000'000'000}, camera(), kGravity, field, out), 1U);
+  EXPECT_NEAR(out[0].position_world_m.y, 1.2 - 0.4, 1e-9);
+
+  DropScript other(default_drop_script());
+  EXPECT_EQ(other.due(30, {1'000'000'000}, camera(), kGravity, field, out), 0U);
+  scene.set_solid(true);
+  ASSERT_EQ(other.due(31, {1'033'000'000}, camera(), kGravity, field, out), 1U);
+  EXPECT_NEAR(out[0].position_world_m.y, 0.45, 0.002);
+}
+
+TEST(DropScript, SpeedGoesAlongTheViewAndOverflowWaits) {
+  auto scene = test::floor_scene();
+  const auto script = parse_drop_script(
+      "[[throw]]\nat_frame = 1\nspeed_m_per_s = 2\nvelocity_m_per_s = [1, 0, 0]\n[[throw]]\nat_frame = 1\n",
+      "drop.toml");
+  ASSERT_TRUE(script.has_value());
+  DropScript sut(script.value());
+  std::array<contact::BodySpec, 1> out;
+  ASSERT_EQ(sut.due(1, {0}, camera(), kGravity, scene.field(), out), 1U);
+  EXPECT_NEAR(out[0].velocity_world_m_per_s.x, 1, 1e-12);
+  EXPECT_NEAR(out[0].velocity_world_m_per_s.y, -1, 1e-12);
+  EXPECT_NEAR(out[0].velocity_world_m_per_s.z, -1.7320508, 1e-6);
+  EXPECT_EQ(sut.throws_left(), 1U);
+  EXPECT_EQ(sut.due(2, {0}, camera(), kGravity, scene.field(), out), 1U);
+  EXPECT_EQ(sut.throws_left(), 0U);
+}
+
+}  // namespace
+}  // namespace tactus::interact
