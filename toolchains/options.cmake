@@ -5,7 +5,7 @@ add_compile_options(-ffp-contract=off -fno-math-errno)
 # Paths in messages and debug information start at the root of the repository, on every machine and in every clone.
 # The compiler cache hands the compiler paths relative to the build folder, hence the second map.
 file(RELATIVE_PATH source_from_build ${PROJECT_BINARY_DIR} ${PROJECT_SOURCE_DIR})
-string(REGEX REPLACE "/*$" "/" source_from_build ${source_from_build})
+cmake_path(APPEND source_from_build "")
 add_compile_options(-ffile-prefix-map=${PROJECT_SOURCE_DIR}/= -ffile-prefix-map=${source_from_build}=)
 
 find_program(CCACHE ccache)
