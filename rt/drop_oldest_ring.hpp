@@ -82,10 +82,10 @@ class DropOldestRing {
     if (tail - head == kCapacity) {
       // Relaxed: we wrote this slot ourselves.
       const T victim = slots_[head % kCapacity].load(std::memory_order_relaxed);
-      // Success takes the item from the consumer. Relaxed is enough: the consumer whose CAS then fails uses
-      // nothing it read. Failure pairs with the release of the consumer's CAS, for the same reason as the
-      // load above.
-      if (head_.compare_exchange_strong(head, head + 1, std::memory_order_relaxed,
+      // Success takes the item from the consumer, whose CAS then fails and who uses nothing it read. Failure,
+      // acquire, pairs with the release of the consumer's CAS as the load above does. (Success needs no order
+      // of its own; the compiler does not take a weaker one than for failure.)
+      if (head_.compare_exchange_strong(head, head + 1, std::memory_order_acquire,
                                         std::memory_order_acquire)) {
         oldest = victim;
         counter_.count_dropped();

@@ -12,6 +12,7 @@ namespace tactus::test {
 /// All schedules of the scenario run and none fails.
 template <typename Scenario>
 void expect_holds_in_every_interleaving() {
+  if (!kCanExplore) GTEST_SKIP() << "explored in builds without ThreadSanitizer";
   const Explorer::Outcome outcome = Explorer().explore<Scenario>();
   EXPECT_EQ(outcome.failure, "");
   EXPECT_TRUE(outcome.is_complete) << "stopped after " << outcome.schedules_count << " schedules";
@@ -25,6 +26,7 @@ void expect_holds_in_every_interleaving() {
 /// weak.
 template <typename Scenario>
 void expect_fails_without_memory_orders() {
+  if (!kCanExplore) GTEST_SKIP() << "explored in builds without ThreadSanitizer";
   const Explorer::Outcome outcome = Explorer(true).explore<Scenario>();
   EXPECT_NE(outcome.failure, "") << "in " << outcome.schedules_count << " schedules";
 }

@@ -9,6 +9,13 @@
 namespace tactus::test {
 namespace {
 
+class ExplorerTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!kCanExplore) GTEST_SKIP() << "explored in builds without ThreadSanitizer";
+  }
+};
+
 std::set<std::pair<int, int>> seen;
 
 // Store buffering: each thread stores its flag and reads the other's. Both may read 0 when nothing is
@@ -27,7 +34,7 @@ struct StoreBuffering {
   void check() { seen.insert({a, b}); }
 };
 
-TEST(Explorer, FindsAllOutcomesOfStoreBuffering) {
+TEST_F(ExplorerTest, FindsAllOutcomesOfStoreBuffering) {
   seen.clear();
   const auto outcome = Explorer().explore<StoreBuffering>();
   EXPECT_TRUE(outcome.is_complete);
@@ -49,7 +56,7 @@ struct MessagePassing {
   void check() { seen.insert({f, d}); }
 };
 
-TEST(Explorer, MessagePassingNeedsReleaseAndAcquire) {
+TEST_F(ExplorerTest, MessagePassingNeedsReleaseAndAcquire) {
   seen.clear();
   EXPECT_TRUE(Explorer().explore<MessagePassing>().is_complete);
   EXPECT_EQ(seen, (std::set<std::pair<int, int>>{{0, 0}, {0, 1}, {1, 1}}));
@@ -71,7 +78,7 @@ struct Increments {
   void check() { Explorer::current().require(count.load(std::memory_order_relaxed) == 4, "lost increment"); }
 };
 
-TEST(Explorer, RunsEveryInterleavingOfDependentAccesses) {
+TEST_F(ExplorerTest, RunsEveryInterleavingOfDependentAccesses) {
   const auto outcome = Explorer().explore<Increments>();
   EXPECT_EQ(outcome.schedules_count, 6U);
   EXPECT_TRUE(outcome.is_complete);
@@ -90,7 +97,7 @@ struct Strangers {
   void check() {}
 };
 
-TEST(Explorer, RunsOneOfEquivalentInterleavings) {
+TEST_F(ExplorerTest, RunsOneOfEquivalentInterleavings) {
   const auto outcome = Explorer().explore<Strangers>();
   EXPECT_EQ(outcome.schedules_count, 1U);
   EXPECT_TRUE(outcome.is_complete);
@@ -104,7 +111,7 @@ struct LostIncrement {
   void check() { Explorer::current().require(count.load(std::memory_order_relaxed) == 2, "lost increment"); }
 };
 
-TEST(Explorer, FindsTheLostIncrementAndSaysWhere) {
+TEST_F(ExplorerTest, FindsTheLostIncrementAndSaysWhere) {
   const auto outcome = Explorer().explore<LostIncrement>();
   EXPECT_EQ(outcome.failure.find("lost increment; schedule: "), 0U) << outcome.failure;
 }
@@ -123,7 +130,7 @@ struct UnprotectedPayload {
   void check() {}
 };
 
-TEST(Explorer, SeesADataRace) {
+TEST_F(ExplorerTest, SeesADataRace) {
   EXPECT_NE(Explorer().explore<UnprotectedPayload>().failure.find("data race"), std::string::npos);
 }
 
@@ -137,7 +144,7 @@ struct EndlessWait {
   void check() {}
 };
 
-TEST(Explorer, CallsAnEndlessLoopByItsName) {
+TEST_F(ExplorerTest, CallsAnEndlessLoopByItsName) {
   EXPECT_EQ(Explorer().explore<EndlessWait>().failure.find("endless loop"), 0U);
 }
 
@@ -148,7 +155,7 @@ struct Asserting {
   void check() {}
 };
 
-TEST(Explorer, ReportsAssertionsOfTheTypeUnderTest) {
+TEST_F(ExplorerTest, ReportsAssertionsOfTheTypeUnderTest) {
   EXPECT_EQ(Explorer().explore<Asserting>().failure.find("assertion failed"), 0U);
 }
 
