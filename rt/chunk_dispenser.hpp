@@ -1,5 +1,4 @@
-// Hands the chunks of one job at a time to whoever asks, each chunk once. The lock-free heart of the worker
-// pool.
+// Hands the chunks of one job at a time to whoever asks, each chunk once: the heart of the worker pool.
 //
 // Design. One 64-bit ticket {chunks_count : 32 | next : 32} is all that threads race for:
 //
@@ -8,16 +7,14 @@
 //   finish (the claimer)     done + 1; whoever makes it `count` ends the job         fetch_add(acq_rel)
 //
 // - A thread looks at the job's fields only between its claim and its finish. The job cannot end before that
-// finish, and
-//   the next one is published only after the end, so the fields stand still while anyone looks: plain memory
-//   suffices.
+//   finish, and the next one is published only after the end, so the fields stand still while anyone looks:
+//   plain memory suffices.
 // - A claimer may have slept since it read the ticket, and a later job may have the same count and position:
-// then the CAS
-//   succeeds and rightly claims a chunk of the later job, whose fields it sees because that CAS read (through
-//   other claims, which are read-modify-writes and carry the release on) what publish released.
-// - finish releases what the chunk wrote, and the last one acquires it from all others: whoever is told that
-// the job
-//   has ended sees every result.
+//   then the CAS succeeds and rightly claims a chunk of the later job, whose fields it sees because that CAS
+//   read what publish released (through other claims, which are read-modify-writes and carry it on).
+// - finish releases what the chunk wrote and the last one acquires it from all others: whoever is told that
+//   the job has ended sees every result.
+//
 // try_claim: lock-free (repeats only when another thread claimed). finish, publish: wait-free.
 #pragma once
 

@@ -1,30 +1,28 @@
-// A bounded queue between two threads in which the newest wins: when it is full the oldest comes back to the
-// producer.
+// A bounded queue between two threads in which the newest wins: full, the oldest goes back.
 //
 // Design. As SpscRing, but the producer too may take from the front, so the head has two writers and moves by
 // compare-and-swap; whoever moves it from h to h + 1 owns item h, exactly one of the two.
 //
-//                 head_ (either side, CAS)      tail_ (producer)
-//                   v                             v
-//   push, full:   [ h ][ . ][ . ][ . ]   1. CAS head h -> h+1 : the oldest is ours, it goes back to the
-//   caller
-//                                        2. store the new item in the slot just freed, 3. tail + 1
-//   pop:          read slot of h, then CAS head h -> h+1: only if that succeeds was what we read ours.
+//                 head_ (either side, CAS)   tail_ (producer)
+//                   v                          v
+//                 [ h ][ . ][ . ][ . ]
+//   push, full:   1. CAS head h -> h + 1: the oldest is ours and goes back to the caller
+//                 2. store the new item in the slot just freed
+//                 3. tail + 1
+//   pop:          read slot of h, then CAS head h -> h + 1: only if that succeeds was what we read ours.
 //
 // What can go wrong, and why it does not:
-// - The consumer reads slot h while the producer evicts h and overwrites the slot (position h + N is the same
-// slot).
-//   Then head is no longer h, the consumer's CAS fails, and what it read is thrown away and never looked at.
-//   Slots are therefore atomics of at most 8 bytes (a FrameId): the losing read is a defined read, not a torn
-//   one.
+// - The consumer reads slot h while the producer evicts h and overwrites the slot (h + N is the same slot).
+//   Then head is no longer h, the consumer's CAS fails, and what it read is never looked at. Slots are
+//   therefore atomics of at most 8 bytes (a FrameId): the losing read is a defined read, not a torn one.
 // - ABA: positions only grow (64 bits), so a head that equals h was never anything else since.
 // - The consumer's CAS succeeds although it read the newer item: the producer writes position h + N only
-// after it moved
-//   head past h itself (then our CAS fails) or saw, with acquire, that we had moved it, and our read of the
-//   slot comes before our releasing CAS. So a read that precedes a successful CAS cannot return a later item.
-// - The producer's CAS fails: only the consumer can have moved head, and that made room. So push needs no
-// loop. push: wait-free. try_pop: lock-free; it repeats only when the producer evicted in between, that is
-// once per push into a full ring during one pop.
+//   after it moved head past h itself (then our CAS fails) or saw, with acquire, that we had moved it, and
+//   our read of the slot comes before our releasing CAS. So a read before a successful CAS is never too new.
+// - The producer's CAS fails: only the consumer can have moved head, and that made room. So push has no loop.
+//
+// push: wait-free. try_pop: lock-free; it repeats only when the producer evicted in between, that is once per
+// push into a full ring during one pop.
 #pragma once
 
 #include <array>

@@ -10,26 +10,26 @@
 //   share:      writer -> 1 reader                          the frame is now read-only
 //   copy, drop: holders + 1, holders - 1;  at 0: put the bit back into free_ (one fetch_or)
 //
-// Why a bit set and not a linked free list: setting a bit needs no loop and putting back the same bit twice
-// in between changes nothing, so the ABA problem of a list head does not exist. 64 frames are plenty: each
-// costs half a megabyte. Why holders and generation share a word: "the id is current and somebody holds it"
-// and "now I hold it too" are one step; with two words the last holder could leave between the check and the
-// count.
+// Why a bit set and not a linked free list: setting a bit needs no loop, and taking and putting back the same
+// bit in between changes nothing, so the ABA problem of a list head does not exist. 64 frames are plenty.
+//
+// Why holders and generation share a word: "the id is current and somebody holds it" and "now I hold it too"
+// are one step; with two words the last holder could leave between the check and the count.
 //
 // Who sees what:
-//   - writer fills frame -> share(): store(release) => ref(), adopt(): load(acquire) -> readers read it. The
-//   edge that
-//     carried the id orders it too; a pool that relied on the edge would break with the first relaxed edge.
-//   - reader reads frame -> holders - 1 (release) => the one who brings it to 0 (acquire, by the same
-//   fetch_sub) ->
-//     free_.fetch_or(release) => try_lease: CAS(acquire) -> next writer fills it. Without the first pair a
-//     reader's last reads could happen after the next writer's first write; without the second the next
-//     writer might not even see that the holder count went to 0. Other threads' updates of free_ in between
-//     are read-modify-writes and therefore carry the release on (release sequence).
-//   - holders + 1 is relaxed: whoever copies a Ref holds one, so the count cannot reach 0 meanwhile.
-// Progress: share, copy, drop and return are wait-free, try_lease and ref are lock-free (they repeat only
-// when another thread leased, returned or counted). Empty is an answer, counted, with nothing else done at
-// that moment.
+// - The writer fills the frame -> share(): store(release) => ref(), adopt(): load(acquire) -> readers read.
+//   The id itself must come over something that releases and acquires, as all edges here do: over a relaxed
+//   variable it could overtake share(), and ref() would assert.
+// - A reader reads the frame -> holders - 1 (release) => the one who brings it to 0 (acquire, in the same
+//   fetch_sub) -> free_.fetch_or(release) => try_lease: CAS(acquire) -> the next writer fills it. Without the
+//   first pair a reader's last reads could happen after the next writer's first write; without the second the
+//   next writer might not even see that the holders went to 0. Updates of free_ by other threads in between
+//   are read-modify-writes and carry the release on (release sequence).
+// - holders + 1 is relaxed: whoever copies a Ref holds one, so the count cannot reach 0 meanwhile.
+//
+// Progress: share, copy, drop and return are wait-free; try_lease and ref are lock-free (they repeat only
+// when another thread leased, returned or counted). No frame left is an answer, counted; nothing else is done
+// at that moment.
 #pragma once
 
 #include <bit>

@@ -2,19 +2,21 @@
 //
 // Design: triple buffering with one atomic byte.
 //
-//   producer owns back_ ----exchange----> middle_ {slot index, fresh bit} <----exchange---- consumer owns
-//   front_
+//   producer owns back_ <--exchange--> middle_ {slot index, fresh bit} <--exchange--> consumer owns front_
 //
 // The three indices are always a permutation of 0, 1, 2: each exchange swaps an index that one side owns with
 // the one in the middle, so no slot ever has two owners, and the side that swaps has the slot it gets for
 // itself. The producer can always publish (it gets back the middle slot, read or not); the consumer always
-// keeps a whole, unchanging value. The fresh bit says that the middle was published and not yet taken: when
-// the producer swaps it out again the consumer never saw that value: overwritten, counted. Both exchanges are
-// acquire and release at once:
-//   producer's release -> consumer's acquire: the contents of the slot come with its index, else a torn read;
-//   consumer's release -> producer's acquire: the consumer is done with the slot that it gives back before
-//   the producer
-//       writes into it, else the consumer's late reads would see the next value.
+// keeps a whole, unchanging value.
+//
+// The fresh bit says that the middle was published and not yet taken: when the producer swaps it out again,
+// the consumer never saw that value: overwritten, counted.
+//
+// Both exchanges are acquire and release at once:
+// - producer's release -> consumer's acquire: the contents of the slot come with its index, else a torn read;
+// - consumer's release -> producer's acquire: the consumer is done with the slot that it gives back before
+//   the producer writes into it, else the consumer's late reads would see the next value.
+//
 // Wait-free on both sides: one exchange, no loop.
 #pragma once
 

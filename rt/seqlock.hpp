@@ -16,13 +16,12 @@
 // The words are atomics, so there is no data race in the language's sense (Boehm 2012, "Can seqlocks get
 // along with programming language memory models?"). Boehm needs fences; acquire and release on the words do
 // the same and can be checked by tools that do not understand fences:
-//   - sequence_.load(acquire) = s pairs with sequence_.store(release) = s: the words of value s, or later
-//   ones, are seen.
-//   - If a word read is of value s + 2 (the next one in the same copy): the writer stored it, with release,
-//   after it
-//     stored sequence s + 1. Our acquire load of that word makes sequence s + 1 visible, the second look at
-//     sequence_ cannot answer s, and the value is thrown away. Without that acquire the second look could be
-//     done early.
+// - sequence_.load(acquire) = s pairs with sequence_.store(release) = s: words of value s or later are seen.
+// - A word read may be of value s + 2, the next one in the same copy. The writer stored it, with release,
+//   after it stored sequence s + 1. Our acquire load of that word makes sequence s + 1 visible, so the second
+//   look at sequence_ cannot answer s, and the value is thrown away. Without that acquire the second look
+//   could be done early.
+//
 // Readers write nothing, so they do not slow each other or the writer. Writer: wait-free. Reader: lock-free,
 // and bounded here by kReadAttemptsMax.
 #pragma once

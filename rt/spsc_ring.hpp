@@ -7,13 +7,15 @@
 //   [ . ][ a ][ b ][ c ][ d ][ . ][ . ][ . ]      slot = position mod N;  waiting = tail - head <= N
 //
 // Positions only grow: 64 bits at a million items a second last 584 000 years, so wrap-around needs no
-// argument, and full (tail - head == N) differs from empty (tail == head) without wasting a slot. A slot
-// belongs to the producer while its position is outside [head, tail) and to the consumer while it is inside.
+// argument, and full (tail - head == N) differs from empty (tail == head) without wasting a slot.
+//
+// A slot belongs to the producer while its position is outside [head, tail) and to the consumer while inside.
 // Ownership changes hands twice, each time by a release store of a position and an acquire load of it:
 //   producer fills slot -> tail_.store(release)  =>  consumer tail_.load(acquire) -> reads slot
 //       without it the consumer could see the new tail and the old contents of the slot;
 //   consumer empties slot -> head_.store(release) => producer head_.load(acquire) -> overwrites slot
 //       without it the producer's overwriting could become visible before the consumer's reading was done.
+//
 // Each side keeps a copy of the other's position and reads the real one only when the copy says full or
 // empty: in steady state no cache line bounces but the slots'. A stale copy errs on the safe side: it shows
 // less room, fewer items. Both operations are wait-free: no loop. The counts order nothing.
