@@ -12,23 +12,26 @@ class Map;
 
 /// The signed distance field at a point, trilinearly interpolated.
 struct DistanceSample {
-  float distance_m = 0;   // positive in front of the surface; |distance| <= truncation
-  Vec3f gradient;         // unit length, towards free space; zero where the field is flat
+  float distance_m = 0;  // positive in front of the surface; |distance| <= truncation
+  Vec3f gradient;        // unit length, towards free space; zero where the field is flat
 };
 
 /// The map's answer about a piece of surface.
 struct SurfacePoint {
   Vec3f position_world_m;
-  Vec3f normal_world;                    // unit, towards free space
-  MaterialDistribution materials{};      // posterior; uniform where nothing has been labelled
-  MaterialId material = kUnknownMaterial;  // most likely one; kUnknownMaterial where nothing has been labelled
-  std::uint32_t label_age_frames = 0;    // frames since a keyframe last labelled this block; meaningless when unknown
-  std::uint8_t label_observations = 0;   // keyframes fused into this cell, saturating
+  Vec3f normal_world;                // unit, towards free space
+  MaterialDistribution materials{};  // posterior; uniform where nothing has been labelled
+  MaterialId material =
+      kUnknownMaterial;  // most likely one; kUnknownMaterial where nothing has been labelled
+  std::uint32_t label_age_frames =
+      0;  // frames since a keyframe last labelled this block; meaningless when unknown
+  std::uint8_t label_observations = 0;  // keyframes fused into this cell, saturating
   Rgb8 color;
 };
 
-/// A view of the live map for one reading thread. Cheap to copy. Every call is lock-free and bounded: a block that the
-/// writer changes under the reader is read again up to a fixed number of times, then answers "unknown" (false).
+/// A view of the live map for one reading thread. Cheap to copy. Every call is lock-free and bounded: a block
+/// that the writer changes under the reader is read again up to a fixed number of times, then answers
+/// "unknown" (false).
 class Reader {
  public:
   explicit Reader(const Map& map) : map_(&map) {}
@@ -43,8 +46,8 @@ class Reader {
   [[nodiscard]] bool raycast(const Vec3f& origin_world_m, const Vec3f& direction_world, float range_m_max,
                              SurfacePoint& out) const noexcept;
 
-  /// Nearest point of the zero level set around p, found by walking the distance field; false when p is farther than
-  /// the truncation distance from any surface or in unseen space.
+  /// Nearest point of the zero level set around p, found by walking the distance field; false when p is
+  /// farther than the truncation distance from any surface or in unseen space.
   [[nodiscard]] bool nearest_surface(const Vec3f& p_world_m, SurfacePoint& out) const noexcept;
 
   [[nodiscard]] float voxel_size_m() const noexcept;

@@ -1,0 +1,53 @@
+// What the vector kernel and the reference share: per-frame constants of the projection, and the rules'
+// numbers.
+#pragma once
+
+#include <cstdint>
+
+#include "pipeline/map/integrate.hpp"
+
+namespace tactus::map {
+
+struct BlockOrigin;
+
+/// Lattice points of a block in the camera: x and y scaled by the focal length, so that u = x / z + cx.
+struct IntegrationConstants {
+  static constexpr float kNearM = 0.05f;
+  static constexpr float kWeightMax = 255.0f;
+  static constexpr float kColorWeightMax = 8.0f;  // beyond, rounding to 8 bits would freeze the mean
+  static constexpr std::uint32_t kColorEveryFrames =
+      4;  // colours change slowly and cost a quarter of the voxels
+
+  IntegrationConstants(const Map& map, const IntegrationFrame& frame);
+
+  [[nodiscard]] BlockOrigin origin_of(BlockKey key) const noexcept;
+  /// A new block at once, others in turn.
+  [[nodiscard]] bool colors_due(const Map& map, BlockIndex block) const noexcept;
+
+  alignas(64) float offset_x[64], offset_y[64], offset_z[64];  // of voxel (i & 7, i >> 3, 0)
+  alignas(64) float cell_offset_x[16], cell_offset_y[16],
+      cell_offset_z[16];  // of the centre of cell (i & 3, i >> 2, 0)
+  Vec3f step_z;           // one voxel along the block's z
+  double r[9], t[3];      // lattice -> scaled camera, metres
+  float cx = 0, cy = 0;
+  std::int32_t width = 0, height = 0;  // pixels
+  const std::uint32_t* pixels = nullptr;
+  const std::uint16_t* tiles = nullptr;
+  const std::uint32_t* half_color = nullptr;  // null: no colour
+  float cosine_to_truncations = 0;
+  float color_band = 0;  // in truncations
+  std::uint32_t frame_index = 0;
+};
+
+/// Where a block's first voxel lies in the scaled camera.
+struct BlockOrigin {
+  Vec3f p;
+  [[nodiscard]] Vec3f slice(const IntegrationConstants& c, int z) const noexcept {
+    return p + c.step_z * static_cast<float>(z);
+  }
+  [[nodiscard]] Vec3f cell_slice(const IntegrationConstants& c, int z) const noexcept {
+    return p + c.step_z * (static_cast<float>(kCellSide * z) + 0.5f);
+  }
+};
+
+}  // namespace tactus::map

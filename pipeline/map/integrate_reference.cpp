@@ -1,0 +1,155 @@
+#include <cmath>
+#include <cstring>
+
+#include "pipeline/map/integrate_constants.hpp"
+#include "pipeline/register/depth_images.hpp"
+
+namespace tactus::map {
+
+IntegrationConstants::IntegrationConstants(const Map& map, const IntegrationFrame& frame) {
+  const auto T_depth_world = frame.T_world_depth.inverse();
+  const MapConfig& config = map.config();
+  const auto size = static_cast<double>(config.voxel_size_m);
+  const double focal[3] = {frame.camera.fx, frame.camera.fy, 1.0};
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) r[i * 3 + j] = focal[i] * T_depth_world.rotation.m[i * 3 + j] * size;
+  }
+  t[0] = focal[0] * T_depth_world.translation.x;
+  t[1] = focal[1] * T_depth_world.translation.y;
+  t[2] = T_depth_world.translation.z;
+  const auto at = [&](double x, double y, std::size_t row) {
+    return static_cast<float>(r[row * 3] * x + r[row * 3 + 1] * y);
+  };
+  for (int i = 0; i < 64; ++i) {
+    offset_x[i] = at(i & 7, i >> 3, 0);
+    offset_y[i] = at(i & 7, i >> 3, 1);
+    offset_z[i] = at(i & 7, i >> 3, 2);
+  }
+  for (int i = 0; i < 16; ++i) {
+    const double x = kCellSide * (i & 3) + 0.5, y = kCellSide * (i >> 2) + 0.5;
+    cell_offset_x[i] = at(x, y, 0);
+    cell_offset_y[i] = at(x, y, 1);
+    cell_offset_z[i] = at(x, y, 2);
+  }
+  step_z = {static_cast<float>(r[2]), static_cast<float>(r[5]), static_cast<float>(r[8])};
+  cx = static_cast<float>(frame.camera.cx);
+  cy = static_cast<float>(frame.camera.cy);
+  width = frame.camera.width;
+  height = frame.camera.height;
+  pixels = frame.image.pixels.data();
+  tiles = frame.image.tiles.data();
+  half_color = frame.half_color.empty() ? nullptr : frame.half_color.data();
+  cosine_to_truncations = kTileCosineScale / config.truncation_m;
+  color_band = 2.0f * config.voxel_size_m / config.truncation_m;
+  frame_index = frame.index;
+}
+
+BlockOrigin IntegrationConstants::origin_of(BlockKey key) const noexcept {
+  const BlockCoord c = coord_of(key);
+  const double x = kBlockSide * c.x, y = kBlockSide * c.y, z = kBlockSide * c.z;
+  const auto row = [&](std::size_t i) {
+    return static_cast<float>(r[i * 3] * x + r[i * 3 + 1] * y + r[i * 3 + 2] * z + t[i]);
+  };
+  return {{row(0), row(1), row(2)}};
+}
+
+bool IntegrationConstants::colors_due(const Map& map, BlockIndex block) const noexcept {
+  if (half_color == nullptr) return false;
+  return map.sequence_begin(block) <= 2 || (frame_index + block) % kColorEveryFrames == 0;
+}
+
+namespace {
+
+struct Measured {
+  bool hit = false;
+  float distance = 0, weight = 0;
+  std::size_t half_pixel = 0;
+};
+
+Measured measure(const IntegrationConstants& c, float x, float y, float z) {
+  Measured m;
+  const float inverse = 1.0f / z;
+  const float u_exact = x * inverse + c.cx, v_exact = y * inverse + c.cy;
+  if (!(z > IntegrationConstants::kNearM)) return m;
+  if (!(std::fabs(u_exact) < 1e6f && std::fabs(v_exact) < 1e6f)) return m;
+  const int u = static_cast<int>(std::nearbyint(u_exact)), v = static_cast<int>(std::nearbyint(v_exact));
+  if (u < 0 || v < 0 || u >= c.width || v >= c.height) return m;
+  const std::uint32_t pixel =
+      c.pixels[static_cast<std::size_t>(v) * static_cast<std::size_t>(c.width) + static_cast<std::size_t>(u)];
+  const std::uint16_t tile =
+      c.tiles[static_cast<std::size_t>(v >> 2) * static_cast<std::size_t>(c.width / 4) +
+              static_cast<std::size_t>(u >> 2)];
+  const auto depth = static_cast<float>(pixel & 0xFFFFu);
+  const auto slope_u = static_cast<float>(static_cast<std::int8_t>(pixel >> 16));
+  const auto slope_v = static_cast<float>(static_cast<std::int8_t>(pixel >> 24));
+  const float here =
+      depth + slope_u * (u_exact - static_cast<float>(u)) + slope_v * (v_exact - static_cast<float>(v));
+  m.weight = static_cast<float>(tile >> 8);
+  m.distance = (here * kDepthUnitM - z) * (static_cast<float>(tile & 0xFFu) * c.cosine_to_truncations);
+  m.hit = depth > 0 && m.distance > -1.0f;
+  m.half_pixel = static_cast<std::size_t>(v >> 1) * static_cast<std::size_t>(c.width / 2) +
+                 static_cast<std::size_t>(u >> 1);
+  return m;
+}
+
+bool voxels(const Map& map, BlockIndex block, const IntegrationConstants& c, BlockStaging& staging) {
+  const BlockOrigin origin = c.origin_of(map.key(block));
+  bool changed = false;
+  std::memcpy(staging.tsdf, map.tsdf(block), sizeof staging.tsdf);
+  std::memcpy(staging.weight, map.weight(block), sizeof staging.weight);
+  for (int v = 0; v < kBlockVoxels; ++v) {
+    const Vec3f row = origin.slice(c, v >> 6);
+    const int i = v & 63;
+    const Measured m = measure(c, row.x + c.offset_x[i], row.y + c.offset_y[i], row.z + c.offset_z[i]);
+    if (!m.hit) continue;
+    changed = true;
+    const float value = std::fmin(m.distance, 1.0f) * kTsdfScale;
+    const float w = m.weight;
+    const auto old_value = static_cast<float>(staging.tsdf[v]),
+               old_weight = static_cast<float>(staging.weight[v]);
+    const float sum = old_weight + w;
+    staging.tsdf[v] = static_cast<std::int16_t>(std::nearbyint((old_value * old_weight + value * w) / sum));
+    staging.weight[v] = static_cast<std::uint8_t>(std::fmin(sum, IntegrationConstants::kWeightMax));
+  }
+  return changed;
+}
+
+void colors(const Map& map, BlockIndex block, const IntegrationConstants& c, BlockStaging& staging) {
+  const BlockOrigin origin = c.origin_of(map.key(block));
+  for (int cell = 0; cell < kBlockCells; ++cell) {
+    const Vec3f row = origin.cell_slice(c, cell >> 4);
+    const int i = cell & 15;
+    const Measured m =
+        measure(c, row.x + c.cell_offset_x[i], row.y + c.cell_offset_y[i], row.z + c.cell_offset_z[i]);
+    if (!m.hit || !(std::fabs(m.distance) < c.color_band)) continue;
+    const std::uint32_t seen = c.half_color[m.half_pixel];
+    if (seen >> 24 == 0) continue;
+    ColorCell& color = staging.color[cell];
+    const auto weight = static_cast<float>(color.weight);
+    const auto blend = [&](std::uint8_t& channel, std::uint32_t to) {
+      const float mean =
+          (static_cast<float>(channel) * weight + static_cast<float>(to & 0xFFu)) / (weight + 1.0f);
+      channel = static_cast<std::uint8_t>(std::nearbyint(mean));
+    };
+    blend(color.r, seen);
+    blend(color.g, seen >> 8);
+    blend(color.b, seen >> 16);
+    color.weight = static_cast<std::uint8_t>(std::fmin(weight + 1.0f, IntegrationConstants::kColorWeightMax));
+  }
+}
+
+}  // namespace
+
+void integrate_blocks_reference(Map& map, const IntegrationFrame& frame,
+                                std::span<const BlockIndex> blocks) noexcept {
+  const IntegrationConstants c(map, frame);
+  BlockStaging staging;
+  for (const BlockIndex block : blocks) {
+    if (!voxels(map, block, c, staging)) continue;
+    std::memcpy(staging.color, map.color(block), sizeof staging.color);
+    if (c.colors_due(map, block)) colors(map, block, c, staging);
+    map.publish(block, staging);
+  }
+}
+
+}  // namespace tactus::map

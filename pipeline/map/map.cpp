@@ -1,0 +1,227 @@
+#include "pipeline/map/map.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <vector>
+
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic ignored "-Wtsan"  // the fences order atomic accesses only, see block_hash.cpp
+#endif
+
+namespace tactus::map {
+namespace {
+
+// What the CRF will add per cell; the promise of 5 bytes a voxel is kept with it.
+constexpr std::size_t kCrfBytesPerCell = 3;
+constexpr std::size_t kBlockBytes = kBlockVoxels * (sizeof(std::int16_t) + sizeof(std::uint8_t)) +
+                                    kBlockCells * (sizeof(ColorCell) + sizeof(LabelWord));
+constexpr std::size_t kHeaderBytes = sizeof(BlockKey) + 3 * sizeof(std::uint32_t) + 8 * sizeof(BlockIndex);
+constexpr std::size_t kListBytes =
+    3 * sizeof(BlockIndex);  // free list here, active and previous list in integrate
+constexpr std::size_t kHashBytesAtHalfLoad = 2 * sizeof(std::uint64_t);
+static_assert(kBlockBytes + kBlockCells * kCrfBytesPerCell + kHeaderBytes + kListBytes +
+                  kHashBytesAtHalfLoad <=
+              5 * kBlockVoxels);
+
+std::uint64_t load_word(std::span<const std::uint64_t> words, std::size_t i) {
+  return std::atomic_ref(const_cast<std::uint64_t&>(words[i])).load(std::memory_order_relaxed);
+}
+
+void store_words(std::uint64_t* to, const void* from, std::size_t words_count) {
+  for (std::size_t i = 0; i < words_count; ++i) {
+    std::uint64_t word;
+    std::memcpy(&word, static_cast<const std::byte*>(from) + i * 8, 8);
+    std::atomic_ref(to[i]).store(word, std::memory_order_relaxed);
+  }
+}
+
+void fill_words(std::uint64_t* to, std::uint64_t word, std::size_t words_count) {
+  for (std::size_t i = 0; i < words_count; ++i) std::atomic_ref(to[i]).store(word, std::memory_order_relaxed);
+}
+
+constexpr BlockCoord offset(const BlockCoord& c, unsigned m, int sign) {
+  return {c.x + sign * static_cast<int>(m & 1u), c.y + sign * static_cast<int>(m >> 1 & 1u),
+          c.z + sign * static_cast<int>(m >> 2)};
+}
+
+std::uint64_t fnv1a(std::uint64_t hash, const void* bytes, std::size_t count) {
+  const auto* p = static_cast<const unsigned char*>(bytes);
+  for (std::size_t i = 0; i < count; ++i) hash = (hash ^ p[i]) * 1099511628211ull;
+  return hash;
+}
+
+}  // namespace
+
+std::size_t Map::bytes_needed(const MapConfig& config) {
+  const std::size_t n = config.blocks_capacity;
+  return rt::bytes_of<std::uint64_t>(n * kTsdfWords) + rt::bytes_of<std::uint64_t>(n * kWeightWords) +
+         rt::bytes_of<std::uint64_t>(n * kColorWords) + rt::bytes_of<LabelWord>(n * kBlockCells) +
+         rt::bytes_of<BlockKey>(n) + 3 * rt::bytes_of<std::uint32_t>(n) + rt::bytes_of<BlockIndex>(n * 8) +
+         rt::bytes_of<BlockIndex>(n) + BlockHash::bytes_needed(n);
+}
+
+double Map::bytes_per_voxel(const MapConfig& config) {
+  return static_cast<double>(bytes_needed(config)) / static_cast<double>(config.blocks_capacity) /
+         kBlockVoxels;
+}
+
+void Map::bind(rt::Slice memory, const MapConfig& config) {
+  TACTUS_ASSERT(config.blocks_capacity > 0 && config.blocks_capacity <= kBlocksCapacityMax);
+  config_ = config;
+  const std::size_t n = config.blocks_capacity;
+  tsdf_ = memory.take<std::uint64_t>(n * kTsdfWords);
+  weight_ = memory.take<std::uint64_t>(n * kWeightWords);
+  color_ = memory.take<std::uint64_t>(n * kColorWords);
+  label_ = memory.take<LabelWord>(n * kBlockCells);
+  keys_ = memory.take<BlockKey>(n);
+  sequence_ = memory.take<std::uint32_t>(n);
+  last_seen_ = memory.take<std::uint32_t>(n);
+  label_frame_ = memory.take<std::uint32_t>(n);
+  neighbours_ = memory.take<BlockIndex>(n * 8);
+  free_ = memory.take<BlockIndex>(n);
+  hash_.bind(memory, n);
+  std::fill(keys_.begin(), keys_.end(), kNoKey);
+  std::fill(neighbours_.begin(), neighbours_.end(), kNoBlock);
+  // Lowest index on top: a fresh map fills the pool in visit order, so that neighbours in space lie near in
+  // memory.
+  for (std::size_t i = 0; i < n; ++i) free_[i] = static_cast<BlockIndex>(n - 1 - i);
+  free_count_ = n;
+}
+
+void Map::write_begin(BlockIndex block) noexcept {
+  std::atomic_ref sequence(sequence_[block]);
+  sequence.store(sequence_[block] + 1, std::memory_order_relaxed);
+  // Pairs with the acquire fence of sequence_validate(): a reader that saw any new word sees the odd counter.
+  std::atomic_thread_fence(std::memory_order_release);
+}
+
+void Map::write_end(BlockIndex block) noexcept {
+  // Pairs with the acquire load of sequence_begin(): a reader that sees the even counter sees all words.
+  std::atomic_ref(sequence_[block]).store(sequence_[block] + 1, std::memory_order_release);
+}
+
+BlockIndex Map::find_or_allocate(BlockKey key) noexcept {
+  if (key == kNoKey) {
+    ++counters_.out_of_extent;
+    return kNoBlock;
+  }
+  if (const BlockIndex found = hash_.find(key); found != kNoBlock) return found;
+  if (free_count_ == 0) {
+    ++counters_.refused;
+    return kNoBlock;
+  }
+  const BlockIndex block = free_[--free_count_];
+  constexpr std::uint64_t kFourUnknown = 0x8000'8000'8000'8000ull;
+  write_begin(block);
+  fill_words(&tsdf_[block * kTsdfWords], kFourUnknown, kTsdfWords);
+  fill_words(&weight_[block * kWeightWords], 0, kWeightWords);
+  fill_words(&color_[block * kColorWords], 0, kColorWords);
+  fill_words(&label_[std::size_t{block} * kBlockCells], 0, kBlockCells);
+  std::atomic_ref(label_frame_[block]).store(0, std::memory_order_relaxed);
+  std::atomic_ref(keys_[block]).store(key, std::memory_order_relaxed);
+  write_end(block);
+  const BlockCoord c = coord_of(key);
+  BlockIndex* own = &neighbours_[block * 8u];
+  own[0] = block;
+  for (unsigned m = 1; m < 8; ++m) {
+    own[m] = hash_.find(key_of(offset(c, m, +1)));
+    if (const BlockIndex lower = hash_.find(key_of(offset(c, m, -1))); lower != kNoBlock)
+      neighbours_[lower * 8u + m] = block;
+  }
+  hash_.insert(key, block);
+  ++counters_.allocated;
+  counters_.used_high_water = std::max(counters_.used_high_water, blocks_used());
+  return block;
+}
+
+void Map::evict(BlockIndex block) noexcept {
+  const BlockKey key = keys_[block];
+  TACTUS_ASSERT(key != kNoKey);
+  hash_.erase(key);
+  write_begin(block);
+  std::atomic_ref(keys_[block]).store(kNoKey, std::memory_order_relaxed);
+  write_end(block);
+  const BlockCoord c = coord_of(key);
+  for (unsigned m = 1; m < 8; ++m)
+    if (const BlockIndex lower = hash_.find(key_of(offset(c, m, -1))); lower != kNoBlock)
+      neighbours_[lower * 8u + m] = kNoBlock;
+  std::fill_n(&neighbours_[block * 8u], 8, kNoBlock);
+  free_[free_count_++] = block;
+  ++counters_.evicted;
+}
+
+void Map::publish(BlockIndex block, const BlockStaging& staging) noexcept {
+  write_begin(block);
+  store_words(&tsdf_[block * kTsdfWords], staging.tsdf, kTsdfWords);
+  store_words(&weight_[block * kWeightWords], staging.weight, kWeightWords);
+  store_words(&color_[block * kColorWords], staging.color, kColorWords);
+  write_end(block);
+}
+
+void Map::publish_labels(BlockIndex block, std::span<const LabelWord, kBlockCells> labels,
+                         std::uint32_t frame) noexcept {
+  write_begin(block);
+  store_words(&label_[std::size_t{block} * kBlockCells], labels.data(), kBlockCells);
+  std::atomic_ref(label_frame_[block]).store(frame, std::memory_order_relaxed);
+  write_end(block);
+}
+
+std::uint32_t Map::sequence_begin(BlockIndex block) const noexcept {
+  return std::atomic_ref(sequence_[block]).load(std::memory_order_acquire);
+}
+
+bool Map::sequence_validate(BlockIndex block, std::uint32_t begun) const noexcept {
+  std::atomic_thread_fence(
+      std::memory_order_acquire);  // the words read before may not be read after the counter
+  return (begun & 1u) == 0 && std::atomic_ref(sequence_[block]).load(std::memory_order_relaxed) == begun;
+}
+
+BlockKey Map::key_concurrent(BlockIndex block) const noexcept {
+  return std::atomic_ref(keys_[block]).load(std::memory_order_relaxed);
+}
+
+std::int16_t Map::tsdf_concurrent(BlockIndex block, int voxel) const noexcept {
+  const auto v = static_cast<std::size_t>(voxel);
+  return static_cast<std::int16_t>(load_word(tsdf_, block * kTsdfWords + v / 4) >> (16 * (v % 4)));
+}
+
+std::uint8_t Map::weight_concurrent(BlockIndex block, int voxel) const noexcept {
+  const auto v = static_cast<std::size_t>(voxel);
+  return static_cast<std::uint8_t>(load_word(weight_, block * kWeightWords + v / 8) >> (8 * (v % 8)));
+}
+
+ColorCell Map::color_concurrent(BlockIndex block, int cell) const noexcept {
+  const auto c = static_cast<std::size_t>(cell);
+  const auto word =
+      static_cast<std::uint32_t>(load_word(color_, block * kColorWords + c / 2) >> (32 * (c % 2)));
+  return std::bit_cast<ColorCell>(word);
+}
+
+LabelWord Map::label_concurrent(BlockIndex block, int cell) const noexcept {
+  return load_word(label_, std::size_t{block} * kBlockCells + static_cast<std::size_t>(cell));
+}
+
+std::uint32_t Map::label_frame_concurrent(BlockIndex block) const noexcept {
+  return std::atomic_ref(label_frame_[block]).load(std::memory_order_relaxed);
+}
+
+Map::Hash Map::hash_content() const {
+  std::vector<BlockKey> live;
+  for (BlockKey k : keys_)
+    if (k != kNoKey) live.push_back(k);
+  std::sort(live.begin(), live.end());
+  Hash hash{14695981039346656037ull, 14695981039346656037ull};
+  for (BlockKey k : live) {
+    const BlockIndex b = hash_.find(k);
+    hash.geometry = fnv1a(hash.geometry, &k, sizeof k);
+    hash.geometry = fnv1a(hash.geometry, tsdf(b), kTsdfWords * 8);
+    hash.geometry = fnv1a(hash.geometry, weight(b), kWeightWords * 8);
+    hash.geometry = fnv1a(hash.geometry, color(b), kColorWords * 8);
+    hash.labels = fnv1a(hash.labels, &k, sizeof k);
+    hash.labels = fnv1a(hash.labels, labels(b).data(), kBlockCells * sizeof(LabelWord));
+  }
+  return hash;
+}
+
+}  // namespace tactus::map

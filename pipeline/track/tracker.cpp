@@ -1,0 +1,82 @@
+#include "pipeline/track/tracker.hpp"
+
+#include <array>
+#include <cmath>
+
+#include "rt/assert.hpp"
+#include "rt/worker_pool.hpp"
+
+namespace tactus::track {
+namespace {
+
+constexpr int kChunksMax = 64;
+constexpr double kConvergedM = 2e-5;        // an increment below 20 um ...
+constexpr double kConvergedRadians = 1e-5;  // ... and 20 um at two metres ends a level
+
+IcpSums accumulate(const IcpInput& input, const T_ViewLive& T_view_live, const IcpLevel& level,
+                   rt::WorkerPool& pool) {
+  const int chunks = icp_chunks_count(*input.model, level.stride);
+  TACTUS_ASSERT(chunks <= kChunksMax);
+  std::array<IcpSums, kChunksMax> parts;
+  pool.run(static_cast<std::uint32_t>(chunks), [&](std::uint32_t chunk) {
+    parts[chunk] = icp_accumulate(input, T_view_live, level, static_cast<int>(chunk));
+  });
+  IcpSums sums;
+  for (int chunk = 0; chunk < chunks; ++chunk) icp_add(sums, parts[static_cast<std::size_t>(chunk)]);
+  return sums;
+}
+
+double norm3(const double* v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
+
+}  // namespace
+
+double small_angle(const Rotation& rotation) noexcept {
+  const Quaternion q = rotation.quaternion();
+  const double s = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z);
+  return 2 * s * (1 + s * s / 6);  // 2 asin(s)
+}
+
+TrackResult track_frame(const IcpInput& input, std::span<const IcpLevel> levels, const T_ViewLive& T_guess,
+                        const TrackConfig& config, rt::WorkerPool& pool) noexcept {
+  TrackResult result;
+  T_ViewLive T = T_guess;
+  const double pivot = static_cast<double>(input.pivot_z_m);
+  const double lever = 0.5 * pivot;  // half the view's width at the pivot is about half its distance
+  IcpSums sums;
+  bool first = true;
+  for (const IcpLevel& level : levels) {
+    for (int iteration = 0; iteration < level.iterations_max; ++iteration) {
+      sums = accumulate(input, T, level, pool);
+      ++result.iterations_count;
+      const IcpStep step = icp_solve(sums, lever, config.information_min);
+      result.held_count = step.held_count;
+      result.information = step.information;
+      if (step.held_count == 6) return result;
+      if (first && step.held_count > 0) {
+        // What cannot be observed is held where the last frame left it, not where a motion model would carry
+        // it.
+        T = T_ViewLive{};
+        first = false;
+        continue;
+      }
+      first = false;
+      T = icp_apply(T, step.increment, pivot);
+      if (norm3(&step.increment[0]) < kConvergedRadians && norm3(&step.increment[3]) < kConvergedM) break;
+    }
+  }
+  result.T_view_live = T;
+  const int stride = levels.back().stride;
+  const double pixels = static_cast<double>(input.live_m.size()) / (stride * stride);
+  result.inlier_share = sums.candidates_count > 0 ? sums.inliers_count / sums.candidates_count : 0;
+  result.overlap_share = sums.candidates_count / pixels;
+  result.residual_m = sums.weight > 0 ? std::sqrt(sums.weighted_residual2 / sums.weight) : 0;
+  const bool plausible =
+      T.translation.norm() <= config.shift_m_max && small_angle(T.rotation) <= config.turn_max;
+  const bool supported = result.inlier_share >= config.inlier_share_min &&
+                         result.overlap_share >= config.overlap_share_min &&
+                         result.residual_m <= config.residual_m_max;
+  if (plausible && supported && T.is_finite()) result.status = rt::Status::ok;
+  return result;
+}
+
+}  // namespace tactus::track
