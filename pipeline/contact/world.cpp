@@ -210,7 +210,7 @@ rt::Result<void> World::bind(rt::Slice slice, const WorldConfig& config, const D
 
   start_ode(pool_);
   work_pool = &pool_;
-  dAllocateODEDataForThread(dAllocateMaskAll);
+  dAllocateODEDataForThread(static_cast<unsigned>(dAllocateMaskAll));
   world_ = dWorldCreate();
   // 64 bodies make 2080 box tests, a few microseconds; ODE's hash space would allocate every step.
   space_ = dSimpleSpaceCreate(nullptr);
