@@ -1,58 +1,26 @@
-// Counts every call of the malloc family in this program while the world steps.
 #include <gtest/gtest.h>
 
-#include <atomic>
-#include <cstddef>
+#include <memory>
+#include <optional>
+#include <vector>
 
+#include "rt/heap_guard.hpp"
 #include "tests/pipeline/contact/analytic_field.hpp"
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define TACTUS_HEAP_IS_SANITIZED 1
-#else
-#define TACTUS_HEAP_IS_SANITIZED 0
-namespace {
-std::atomic<long> heap_calls{0};
-}
-extern "C" {
-void* __libc_malloc(std::size_t);
-void* __libc_calloc(std::size_t, std::size_t);
-void* __libc_realloc(void*, std::size_t);
-void __libc_free(void*);
-void* malloc(std::size_t bytes) {
-  heap_calls.fetch_add(1, std::memory_order_relaxed);
-  return __libc_malloc(bytes);
-}
-void* calloc(std::size_t count, std::size_t bytes) {
-  heap_calls.fetch_add(1, std::memory_order_relaxed);
-  return __libc_calloc(count, bytes);
-}
-void* realloc(void* block, std::size_t bytes) {
-  heap_calls.fetch_add(1, std::memory_order_relaxed);
-  return __libc_realloc(block, bytes);
-}
-void free(void* block) {
-  if (block != nullptr) heap_calls.fetch_add(1, std::memory_order_relaxed);
-  __libc_free(block);
-}
-}
-#endif
 
 namespace tactus::contact {
 namespace {
 
 TEST(WorldHeap, FiftyBodiesStepSpawnAndLeaveWithoutAHeapCall) {
-#if TACTUS_HEAP_IS_SANITIZED
-  GTEST_SKIP() << "the sanitizer owns the heap in this build";
-#else
+  if (!rt::heap_guard::is_active()) GTEST_SKIP() << "the sanitizer owns the heap in this build";
   test::AnalyticField scene([](const Vec3d& p) { return p.y; });
   auto sut = std::make_unique<test::BoundWorld>(scene.field());
-  const long before = heap_calls.load();
   std::vector<BodyId> ids;
   ids.reserve(64);
-  const long reserve_calls = heap_calls.load() - before;
-  ASSERT_EQ(reserve_calls, 1) << "the counter does not count";
 
-  const long start = heap_calls.load();
+  const std::uint64_t before = rt::heap_guard::thread_calls();
+  rt::heap_guard::seal();
+  rt::heap_guard::set_fatal(true);
+  auto no_heap = std::make_optional<rt::RtScope>();
   for (int round = 0; round < 3; ++round) {
     ids.clear();
     for (int i = 0; i < 50; ++i) {
@@ -62,13 +30,14 @@ TEST(WorldHeap, FiftyBodiesStepSpawnAndLeaveWithoutAHeapCall) {
       ids.push_back(sut->spawn(spec));
     }
     for (int i = 0; i < 400; ++i) sut->run_step();
-    for (const BodyId id : ids) ASSERT_EQ(sut->world.remove(id), rt::Status::ok);
+    for (const BodyId id : ids) TACTUS_ASSERT(sut->world.remove(id) == rt::Status::ok);
   }
-  const long calls = heap_calls.load() - start;
-  EXPECT_EQ(calls, 0);
+  no_heap.reset();
+  rt::heap_guard::set_fatal(false);
+  rt::heap_guard::unseal();
+  EXPECT_EQ(rt::heap_guard::thread_calls() - before, 0U);
   EXPECT_GT(sut->world.counters().contacts, 1000U);
   EXPECT_EQ(sut->world.counters().steps, 1200U);
-#endif
 }
 
 TEST(WorldHeap, PoolNeverGrowsAfterBindAndRefusesNothing) {
