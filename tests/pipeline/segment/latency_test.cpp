@@ -1,0 +1,51 @@
+// How long one keyframe takes. Run alone, on a quiet machine; prints, and asserts only what no machine may
+// exceed.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+
+#include "pipeline/segment/segmenter.hpp"
+#include "tests/pipeline/segment/model_builder.hpp"
+#include "tests/support/shared_data.hpp"
+
+namespace tactus::segment::test {
+namespace {
+
+TEST(SegmentLatency, KeyframeOfTheAde20kNetwork) {
+  const auto path = tactus::test::shared_data("models/deeplabv3_mnv2_ade20k_int8.tflite");
+  if (!path) GTEST_SKIP() << "the shared network deeplabv3_mnv2_ade20k_int8.tflite is absent";
+  const auto loaded = load_model(path->string());
+  ASSERT_TRUE(loaded) << loaded.error().message;
+  const auto map = load_class_map(TACTUS_SOURCE_DIR "/pipeline/segment/models/ade20k32_to_minc23.toml");
+  ASSERT_TRUE(map) << map.error().message;
+  const SegmenterConfig config{&loaded->model, &*map, 640, 480};
+  const Memory memory(Segmenter::bytes_needed(config).value());
+  auto sut = Segmenter::bind(config, memory.slice());
+  ASSERT_TRUE(sut);
+  const Memory out_memory(MaterialScores::bytes_needed(sut->scores_width(), sut->scores_height()));
+  rt::Slice slice = out_memory.slice();
+  MaterialScores out = MaterialScores::take(slice, sut->scores_width(), sut->scores_height());
+  std::vector<std::uint8_t> image(640 * 480 * 3);
+  for (std::size_t i = 0; i < image.size(); ++i) image[i] = static_cast<std::uint8_t>(i * 2654435761U >> 24);
+  ASSERT_EQ(sut->warm_up(out), rt::Status::ok);
+  std::vector<double> ms;
+  for (int i = 0; i < 41; ++i) {
+    const auto start = std::chrono::steady_clock::now();
+    ASSERT_EQ(sut->step(image, out), rt::Status::ok);
+    ms.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+  }
+  std::sort(ms.begin(), ms.end());
+  const NetworkUse& use = sut->network().use();
+  std::printf(
+      "segment, 640x480 through 512x512 to 128x128x23, one thread: p50 %.1f ms, max %.1f ms; memory %.1f MB "
+      "(tensors %.1f, XNNPACK %.1f)\n",
+      ms[20], ms.back(), static_cast<double>(Segmenter::bytes_needed(config).value()) / 1e6,
+      static_cast<double>(use.tensor_bytes) / 1e6, static_cast<double>(use.pool_bytes) / 1e6);
+  // One keyframe in 12 at 30 frames a second: 400 ms until the next.
+  EXPECT_LT(ms[20], 400.0);
+}
+
+}  // namespace
+}  // namespace tactus::segment::test
