@@ -44,15 +44,6 @@ class Slice {
     return {first, count};
   }
 
-  /// Raw bytes for a component that cuts its own arrays from them; `bytes` is rounded up to a cache line.
-  std::span<std::byte> take_bytes(std::size_t bytes) {
-    bytes = round_up(bytes, kCacheLineBytes);
-    TACTUS_ASSERT(bytes <= memory_.size());
-    const std::span<std::byte> piece = memory_.first(bytes);
-    memory_ = memory_.subspan(bytes);
-    return piece;
-  }
-
   [[nodiscard]] std::size_t bytes_left() const { return memory_.size(); }
 
  private:
