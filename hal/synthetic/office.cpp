@@ -58,7 +58,7 @@ OfficeFinishes make_finishes(SceneBuilder& b) {
   f.binder_grey =
       b.finish(Material::paper, {Pattern::speckle, {110, 112, 116}, {160, 160, 164}, 3, 0.4, 0.4, 89});
   f.board = b.finish(Material::plastic, {Pattern::print, {244, 246, 246}, {60, 80, 170}, 9, 1.3, 0.2, 90});
-  f.globe = b.finish(Material::plastic, {Pattern::noise, {70, 130, 190}, {130, 150, 80}, 4, 0.3, 0.4, 91});
+  f.globe = b.finish(Material::plastic, {Pattern::noise, {50, 104, 168}, {190, 176, 110}, 4, 0.3, 0.4, 91});
   f.bottle_glass =
       b.finish(Material::glass, {Pattern::noise, {40, 104, 62}, {86, 150, 104}, 3, 0.2, 0.3, 92});
   f.cork = b.finish(Material::wood, {Pattern::speckle, {190, 150, 104}, {130, 94, 58}, 5, 0.3, 0.5, 93});
