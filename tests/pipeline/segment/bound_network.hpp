@@ -102,42 +102,51 @@ inline FileBytes miniature(std::uint32_t seed, int classes = 5) {
   using tflite::Padding;
   ModelBuilder b;
   RandomWeights w(seed);
+  // Drawn one after the other: the order in which arguments are evaluated differs between processors.
+  struct Weights {
+    int filter, bias;
+  };
+  const auto weights = [&](const std::vector<std::int32_t>& shape, int dimension, float scale, int reach) {
+    return Weights{w.filter_qc8(b, shape, dimension, scale),
+                   w.bias_i32(b, shape[static_cast<std::size_t>(dimension)], reach)};
+  };
+  const auto conv = [&](int in, Weights f, int out, Padding padding, int stride, int dilation = 1,
+                        Activation activation = Activation::NONE) {
+    b.conv(in, f.filter, f.bias, out, padding, stride, dilation, activation);
+  };
+  const auto depthwise = [&](int in, Weights f, int out, Padding padding, int stride, int dilation,
+                             Activation activation) {
+    b.depthwise(in, f.filter, f.bias, out, padding, stride, dilation, activation);
+  };
   const float relu6 = 6.0F / 255;
   const int image = b.uint8({1, 32, 48, 3}, 1 / 127.5F, 127);
   const int x0 = b.int8({1, 32, 48, 3}, 1 / 127.5F, -1);
   b.op(BuiltinOperator::QUANTIZE, {image}, {x0});
   const int x1 = b.int8({1, 16, 24, 8}, relu6, -128);
-  b.conv(x0, w.filter_qc8(b, {8, 3, 3, 3}, 0, 0.008F), w.bias_i32(b, 8, 4000), x1, Padding::SAME, 2, 1,
-         Activation::RELU6);
+  conv(x0, weights({8, 3, 3, 3}, 0, 0.008F, 4000), x1, Padding::SAME, 2, 1, Activation::RELU6);
   const int x2 = b.int8({1, 16, 24, 8}, relu6, -128);
-  b.depthwise(x1, w.filter_qc8(b, {1, 3, 3, 8}, 3, 0.006F), w.bias_i32(b, 8, 9000), x2, Padding::SAME, 1, 1,
-              Activation::RELU6);
+  depthwise(x1, weights({1, 3, 3, 8}, 3, 0.006F, 9000), x2, Padding::SAME, 1, 1, Activation::RELU6);
   const int x3 = b.int8({1, 16, 24, 8}, 0.04F, 5);
-  b.conv(x2, w.filter_qc8(b, {8, 1, 1, 8}, 0, 0.006F), w.bias_i32(b, 8, 5000), x3, Padding::SAME, 1);
+  conv(x2, weights({8, 1, 1, 8}, 0, 0.006F, 5000), x3, Padding::SAME, 1);
   const int x4 = b.int8({1, 16, 24, 8}, 0.05F, -7);
   b.add(x3, x1, x4);
   const int x5 = b.int8({1, 8, 12, 8}, relu6, -128);
-  b.depthwise(x4, w.filter_qc8(b, {1, 3, 3, 8}, 3, 0.008F), w.bias_i32(b, 8, 4000), x5, Padding::SAME, 2, 1,
-              Activation::RELU6);
+  depthwise(x4, weights({1, 3, 3, 8}, 3, 0.008F, 4000), x5, Padding::SAME, 2, 1, Activation::RELU6);
   const int x6 = b.int8({1, 8, 12, 8}, relu6, -128);
-  b.depthwise(x5, w.filter_qc8(b, {1, 3, 3, 8}, 3, 0.008F), w.bias_i32(b, 8, 9000), x6, Padding::SAME, 1, 2,
-              Activation::RELU6);
+  depthwise(x5, weights({1, 3, 3, 8}, 3, 0.008F, 9000), x6, Padding::SAME, 1, 2, Activation::RELU6);
   const int pooled = b.int8({1, 1, 1, 8}, relu6, -128);
   b.op(BuiltinOperator::MEAN, {x6, b.int32_constant({1, 2})}, {pooled},
        tflite::BuiltinOptions::ReducerOptions, tflite::CreateReducerOptions(b.builder(), true));
   const int p1 = b.int8({1, 1, 1, 6}, 0.03F, -128);
-  b.conv(pooled, w.filter_qc8(b, {6, 1, 1, 8}, 0, 0.01F), w.bias_i32(b, 6, 9000), p1, Padding::SAME, 1, 1,
-         Activation::RELU);
+  conv(pooled, weights({6, 1, 1, 8}, 0, 0.01F, 9000), p1, Padding::SAME, 1, 1, Activation::RELU);
   const int p2 = b.int8({1, 8, 12, 6}, 0.03F, -128);
   b.resize(p1, p2, 8, 12, false, false);
   const int a1 = b.int8({1, 8, 12, 10}, 0.03F, -128);
-  b.conv(x6, w.filter_qc8(b, {10, 1, 1, 8}, 0, 0.01F), w.bias_i32(b, 10, 4000), a1, Padding::SAME, 1, 1,
-         Activation::RELU);
+  conv(x6, weights({10, 1, 1, 8}, 0, 0.01F, 4000), a1, Padding::SAME, 1, 1, Activation::RELU);
   const int joined = b.int8({1, 8, 12, 16}, 0.03F, -128);
   b.concat({p2, a1}, joined);
   const int scores = b.int8({1, 8, 12, classes}, 0.05F, 3);
-  b.conv(joined, w.filter_qc8(b, {classes, 1, 1, 16}, 0, 0.01F), w.bias_i32(b, classes, 3000), scores,
-         Padding::SAME, 1);
+  conv(joined, weights({classes, 1, 1, 16}, 0, 0.01F, 3000), scores, Padding::SAME, 1);
   const int large = b.int8({1, 32, 48, classes}, 0.05F, 3);
   b.resize(scores, large, 32, 48, false, false);
   const int labels = b.tensor({1, 32, 48}, tflite::TensorType::INT32);

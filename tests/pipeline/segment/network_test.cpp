@@ -53,7 +53,14 @@ TEST(Network, Int8ConvolutionsAgreeWithIntegerReferenceToTheLastBit) {
   }
 }
 
-TEST(Network, Uint8ConvolutionsAgreeWithIntegerReferenceToTheLastBit) {
+// On x86 XNNPACK rounds these as the signed ones; its NEON kernels use a fixed-point product (rndnu), which
+// lands on the other side of a half now and then. Two convolutions deep, that is a step.
+TEST(Network, Uint8ConvolutionsAgreeWithIntegerReference) {
+#if defined(__x86_64__)
+  constexpr double kStepsMax = 0;
+#else
+  constexpr double kStepsMax = 2;
+#endif
   for (std::uint32_t seed = 1; seed <= 30; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     RandomWeights w(seed);
@@ -72,7 +79,7 @@ TEST(Network, Uint8ConvolutionsAgreeWithIntegerReferenceToTheLastBit) {
     b.conv(deep, w.filter_qu8(b, {outputs, 3, 3, middle}, 0.004F, 128), w.bias_i32(b, outputs, 3000), out,
            Padding::SAME, 1);
     BoundNetwork sut(b.finish({image}, {out}));
-    EXPECT_EQ(sut.largest_difference(seed), 0);
+    EXPECT_LE(sut.largest_difference(seed), kStepsMax);
   }
 }
 
