@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 #include "hal/replay/file_bytes.hpp"
 #include "hal/replay/gravity_file.hpp"

@@ -1,7 +1,7 @@
 // The replay backend: a folder of image files as a sensor.
 //
 // TUM RGB-D layout (paths in the lists are relative to the folder; '#' starts a comment line):
-//   depth.txt          "timestamp path" per frame; 16-bit greyscale PNG
+//   depth.txt          "timestamp path" per frame; 16-bit greyscale PNG; 0 and 65535 are no measurement
 //   rgb.txt            the same for colour, 8-bit PNG or JPEG; absent: depth only
 //   intrinsics.txt     "fx fy cx cy width height depth_scale" (units per metre); colour is taken as
 //   registered.
