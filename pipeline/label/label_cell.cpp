@@ -87,14 +87,14 @@ LabelWord fuse(LabelWord prior, const ObservationCosts& observation) noexcept {
   std::array<std::uint32_t, kMaterialCount> key;
   for (std::uint32_t i = 0; i < kMaterialCount; ++i)
     key[i] = (std::uint32_t{before.cost[i]} + observation.cost[i]) << kIdBits | i;
-  return pack(rank_costs(key), observations(prior) + 1);
+  return pack(rank_costs(key), observations(prior) + 1u);
 }
 
 LabelWord replace(LabelWord prior, const ObservationCosts& observation) noexcept {
   std::array<std::uint32_t, kMaterialCount> key;
   for (std::uint32_t i = 0; i < kMaterialCount; ++i)
     key[i] = std::uint32_t{observation.cost[i]} << kIdBits | i;
-  return pack(rank_costs(key), observations(prior) + 1);
+  return pack(rank_costs(key), observations(prior) + 1u);
 }
 
 void decode(LabelWord word, MaterialDistribution& distribution) noexcept {

@@ -66,8 +66,8 @@ void decode(LabelWord word, MaterialDistribution& distribution) noexcept;
 [[nodiscard]] float confidence(LabelWord word) noexcept;
 
 /// Keyframes fused, 0 to 127.
-[[nodiscard]] constexpr std::uint32_t observations(LabelWord word) noexcept {
-  return static_cast<std::uint32_t>(word >> 57);
+[[nodiscard]] constexpr std::uint8_t observations(LabelWord word) noexcept {
+  return static_cast<std::uint8_t>(word >> 57);
 }
 
 }  // namespace tactus::label
