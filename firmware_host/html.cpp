@@ -83,6 +83,13 @@ std::string readable(double value) {
   return fixed(value, magnitude < 0.0995 ? 3 : magnitude < 9.995 ? 2 : magnitude < 99.95 ? 1 : 0);
 }
 
+std::string shortest(double value) {
+  if (!std::isfinite(value)) return "–";
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.6g", value);
+  return text.data();
+}
+
 std::string grouped(std::uint64_t value) {
   std::string digits = std::to_string(value);
   std::string out;

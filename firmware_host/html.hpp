@@ -26,6 +26,9 @@ inline std::string fixed(double value, int digits) {
 /// Three significant digits where they matter: 0.042, 1.23, 12.3, 123.
 std::string readable(double value);
 
+/// As few digits as say it, six at most: 30, 0.01, 4.9. For settings, where readable() is for measurements.
+std::string shortest(double value);
+
 /// 12 345 with thin no-break spaces.
 std::string grouped(std::uint64_t value);
 

@@ -139,7 +139,12 @@ std::string series_svg(const SeriesPlot& plot) {
 
 std::string sparkline_svg(std::span<const float> values, double budget) {
   constexpr double kWidth = 220, kHeight = 30;
-  if (values.empty()) return {};
+  // A stage that runs once in many frames would be dots: its runs are drawn side by side instead.
+  std::vector<float> runs;
+  for (const float v : values)
+    if (std::isfinite(v)) runs.push_back(v);
+  if (runs.empty()) return {};
+  if (2 * runs.size() < values.size()) values = runs;
   const double top = scale_top(values, budget);
   std::string svg =
       "<svg class=\"spark\" viewBox=\"0 0 220 30\" aria-hidden=\"true\"><path class=\"grid\" "
@@ -152,19 +157,17 @@ std::string sparkline_svg(std::span<const float> values, double budget) {
   return svg + "</svg>";
 }
 
-std::string range_svg(double p50, double p99, double max, double budget, double scale_max) {
-  constexpr double kWidth = 200;
-  if (!(scale_max > 0)) return {};
-  const auto x = [&](double v) { return fixed(std::clamp(v / scale_max, 0.0, 1.0) * (kWidth - 2) + 1, 1); };
+std::string range_svg(const LatencySummary& latency_ms, double budget_ms) {
+  if (!(budget_ms > 0)) return {};
+  const auto x = [&](double v) { return fixed(std::clamp(v / (1.5 * budget_ms), 0.0, 1.0) * 198 + 1, 1); };
   std::string svg =
       "<svg class=\"range\" viewBox=\"0 0 200 20\" aria-hidden=\"true\"><path class=\"grid\" "
       "d=\"M1,10H199\"/>";
-  svg += "<path class=\"whisker\" d=\"M" + x(p99) + ",10H" + x(max) + "\"/>";
-  svg += "<path class=\"" + std::string(budget > 0 && p99 > budget ? "bar over" : "bar") + "\" d=\"M" + x(0) +
-         ",10H" + x(p99) + "\"/>";
-  svg += "<path class=\"median\" d=\"M" + x(p50) + ",5V15\"/>";
-  if (budget > 0) svg += "<path class=\"budget\" d=\"M" + x(budget) + ",1V19\"/>";
-  return svg + "</svg>";
+  svg += "<path class=\"whisker\" d=\"M" + x(latency_ms.p99) + ",10H" + x(latency_ms.max) + "\"/>";
+  svg += "<path class=\"" + std::string(latency_ms.p99 > budget_ms ? "bar over" : "bar") + "\" d=\"M1,10H" +
+         x(latency_ms.p99) + "\"/>";
+  svg += "<path class=\"median\" d=\"M" + x(latency_ms.p50) + ",5V15\"/>";
+  return svg + "<path class=\"budget\" d=\"M" + x(budget_ms) + ",1V19\"/></svg>";
 }
 
 std::string trajectory_svg(std::span<const evaluate::StampedPose> estimate,

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "firmware_host/run_result.hpp"
 #include "pipeline/evaluate/trajectory.hpp"
 
 namespace tactus::firmware {
@@ -26,8 +27,9 @@ std::string series_svg(const SeriesPlot& plot);
 /// The same without axes, as high as a line of text.
 std::string sparkline_svg(std::span<const float> values, double budget);
 
-/// p50 to p99 as a bar, the maximum as a tick, the budget as a line, on a scale from 0 to `scale_max`.
-std::string range_svg(double p50, double p99, double max, double budget, double scale_max);
+/// Up to p99 as a bar, the median as a tick, the maximum as a whisker, on a scale from 0 to 1.5 budgets: the
+/// line of the budget stands at the same place in every row. Empty without a budget.
+std::string range_svg(const LatencySummary& latency_ms, double budget_ms);
 
 enum class View : std::uint8_t {
   top,  // x to the right, -z up: as on a floor plan, seen from above

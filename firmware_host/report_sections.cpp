@@ -115,7 +115,7 @@ std::string headline_section(const RunResult& r) {
       "<header><p class=\"brand\">tactus · report of a run</p><h1>" + escaped(r.source) +
       "</h1><p class=\"lead\">" + escaped(r.description) + (r.description.empty() ? "" : ". ") +
       (r.width > 0 ? std::to_string(r.width) + " × " + std::to_string(r.height) + " at " +
-                         readable(r.frame_rate_hz) + " Hz, "
+                         shortest(r.frame_rate_hz) + " Hz, "
                    : "") +
       escaped(r.runner) + " runner, " +
       plural(static_cast<std::uint64_t>(std::max(r.threads_count, 0)), "thread", "threads") + ", profile " +
@@ -131,7 +131,7 @@ std::string headline_section(const RunResult& r) {
     const bool has_budget = r.frame_budget_ms > 0;
     html += tile("Frame latency, median", readable(r.frame_latency_ms.p50), "ms",
                  "p99 " + readable(r.frame_latency_ms.p99) + " ms, max " + readable(r.frame_latency_ms.max) +
-                     " ms" + (has_budget ? "; budget " + readable(r.frame_budget_ms) + " ms" : ""),
+                     " ms" + (has_budget ? "; budget " + shortest(r.frame_budget_ms) + " ms" : ""),
                  !has_budget                                   ? Verdict::none
                  : r.frame_latency_ms.p99 <= r.frame_budget_ms ? Verdict::good
                                                                : Verdict::bad);
@@ -158,8 +158,8 @@ std::string headline_section(const RunResult& r) {
   }
   if (r.map.blocks_capacity > 0) {
     html += tile("Map", grouped(r.map.blocks_used), "blocks",
-                 "of " + grouped(r.map.blocks_capacity) + "; " + readable(r.map.voxel_size_m * 100) +
-                     " cm voxels, " + readable(r.map.bytes_per_voxel) + " bytes each, " +
+                 "of " + grouped(r.map.blocks_capacity) + "; " + shortest(r.map.voxel_size_m * 100) +
+                     " cm voxels, " + shortest(r.map.bytes_per_voxel) + " bytes each, " +
                      grouped(r.map.evicted) + " evicted");
   }
   if (r.labels.keyframes_segmented > 0) {
@@ -186,13 +186,16 @@ std::string notes_section(const RunResult& r) {
 rt::Result<std::string> pictures_section(const RunResult& r) {
   if (r.pictures.empty()) return std::string();
   std::string body = "<div class=\"pictures\">";
+  bool is_wide = r.pictures.size() % 2 == 1;  // two columns: of an odd number the first takes both
   for (const Picture& picture : r.pictures) {
     auto png = encode_png(picture);
     if (!png) return png.error();
-    body += "<figure><img alt=\"" + escaped(picture.title) + "\" width=\"" + std::to_string(picture.width) +
-            "\" height=\"" + std::to_string(picture.height) + "\" src=\"data:image/png;base64," +
-            base64(*png) + "\"><figcaption><b>" + escaped(picture.title) + "</b> " +
-            escaped(picture.caption) + "</figcaption></figure>";
+    body += std::string(is_wide ? "<figure class=\"wide\">" : "<figure>") + "<img alt=\"" +
+            escaped(picture.title) + "\" width=\"" + std::to_string(picture.width) + "\" height=\"" +
+            std::to_string(picture.height) + "\" src=\"data:image/png;base64," + base64(*png) +
+            "\"><figcaption><b>" + escaped(picture.title) + "</b> " + escaped(picture.caption) +
+            "</figcaption></figure>";
+    is_wide = false;
   }
   return section("pictures", "Pictures", "", body + "</div>");
 }
@@ -223,9 +226,12 @@ std::string trajectory_section(const RunResult& r) {
            "</tr>";
   };
   std::vector<float> errors_mm;
+  rt::SensorTime last{};
   for (const evaluate::PosePair& pair : evaluate::associate(r.trajectory, r.truth)) {
     const Vec3d aligned = a.T_truth_estimate_rigid * pair.estimate.T_world_depth.translation;
+    if (!errors_mm.empty() && pair.estimate.time - last > gap_max) errors_mm.push_back(kDidNotRun);
     errors_mm.push_back(static_cast<float>((aligned - pair.truth.T_world_depth.translation).norm() * 1e3));
+    last = pair.estimate.time;
   }
   body +=
       "<h3 style=\"margin-top:20px\">Distance from the true position</h3>" +
@@ -255,33 +261,27 @@ std::string latency_section(const RunResult& r) {
                         .unit = "ms",
                         .label = "frame latency over the run",
                         .budget = r.frame_budget_ms,
-                        .budget_label = "budget " + readable(r.frame_budget_ms) + " ms"});
+                        .budget_label = "budget " + shortest(r.frame_budget_ms) + " ms"});
   }
   if (!r.stages.empty()) {
-    double scale_max = 0;
-    for (const StageResult& s : r.stages)
-      scale_max =
-          std::max({scale_max, std::min(s.latency_ms.max, 2 * s.latency_ms.p99), s.budget_p99_ms * 1.05});
     body +=
         "<h3 style=\"margin-top:18px\">Stages, milliseconds</h3><div "
         "class=\"scroll\"><table><thead><tr><th>stage</th><th>thread</th>"
         "<th class=\"n\">p50</th><th class=\"n\">p99</th><th class=\"n\">max</th><th class=\"n\">budget</th>"
-        "<th>0 to " +
-        readable(scale_max) + " ms</th><th>over the run</th><th class=\"n\">late</th></tr></thead><tbody>";
+        "<th>against the budget</th><th>over the run</th><th class=\"n\">late</th></tr></thead><tbody>";
     for (const StageResult& s : r.stages) {
       const bool is_over = s.budget_p99_ms > 0 && s.latency_ms.p99 > s.budget_p99_ms;
       body += "<tr><td class=\"key\">" + escaped(s.name) + "</td><td class=\"key\">" + escaped(s.thread) +
               "</td>" + cell(readable(s.latency_ms.p50)) + "<td class=\"n" + (is_over ? " over" : "") +
               "\">" + readable(s.latency_ms.p99) + "</td>" + cell(readable(s.latency_ms.max)) +
-              cell(s.budget_p99_ms > 0 ? readable(s.budget_p99_ms) : "–") + "<td>" +
-              range_svg(s.latency_ms.p50, s.latency_ms.p99, s.latency_ms.max, s.budget_p99_ms, scale_max) +
-              "</td><td>" + sparkline_svg(s.frame_ms, s.budget_p99_ms) + "</td>" +
-              cell(grouped(s.late_count)) + "</tr>";
+              cell(s.budget_p99_ms > 0 ? shortest(s.budget_p99_ms) : "–") + "<td>" +
+              range_svg(s.latency_ms, s.budget_p99_ms) + "</td><td>" +
+              sparkline_svg(s.frame_ms, s.budget_p99_ms) + "</td>" + cell(grouped(s.late_count)) + "</tr>";
     }
     body +=
         "</tbody></table></div><div class=\"legend\"><span class=\"l-bar\">up to p99</span>"
         "<span class=\"l-median\">median</span><span class=\"l-max\">up to the maximum</span>"
-        "<span class=\"l-budget\">budget (for p99)</span></div>";
+        "<span class=\"l-budget\">budget for p99, at two thirds of every bar</span></div>";
   }
   return section(
       "latency", "Latency",

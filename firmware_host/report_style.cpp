@@ -19,12 +19,12 @@ main{max-width:1080px;margin:0 auto;padding:40px 24px 64px}
 header{margin-bottom:24px}
 .brand{font-size:13px;letter-spacing:.14em;text-transform:uppercase;color:var(--soft);margin:0 0 6px}
 h1{font-size:30px;line-height:1.2;font-weight:650;margin:0 0 8px;letter-spacing:-.01em;overflow-wrap:anywhere}
-h2{font-size:19px;font-weight:650;margin:0 0 4px}
+h2{font-size:19px;font-weight:650;margin:0 0 12px}
 h3{font-size:14px;font-weight:600;margin:0 0 6px;color:var(--soft)}
 p{margin:0 0 12px}.lead{color:var(--soft);max-width:72ch;margin-bottom:0}
 section{background:var(--card);border:1px solid var(--rule);border-radius:10px;padding:22px 24px;margin-top:18px}
-section>p.about{color:var(--soft);max-width:80ch;margin-bottom:16px}
-.tiles{display:grid;grid-template-columns:repeat(auto-fit,minmax(190px,1fr));gap:12px;margin-top:18px}
+section>p.about{color:var(--soft);max-width:80ch;margin:-8px 0 16px}
+.tiles{display:grid;grid-template-columns:repeat(auto-fit,minmax(225px,1fr));gap:12px;margin-top:18px}
 .tile{background:var(--card);border:1px solid var(--rule);border-radius:10px;padding:14px 16px}
 .tile .name{color:var(--soft);font-size:13px}.tile .figure{font-size:26px;font-weight:650;line-height:1.25;letter-spacing:-.01em;white-space:nowrap}
 .tile .figure small{font-size:14px;font-weight:500;color:var(--soft);letter-spacing:0}
@@ -36,7 +36,7 @@ section>p.about{color:var(--soft);max-width:80ch;margin-bottom:16px}
 .tag.warning{background:var(--warn-bg);color:var(--budget)}
 figure{margin:0}img{display:block;width:100%;height:auto;border-radius:6px;background:var(--track);image-rendering:auto}
 figcaption{font-size:13px;color:var(--soft);margin-top:6px}figcaption b{color:var(--ink);font-weight:600}
-.pictures{display:grid;grid-template-columns:repeat(2,1fr);gap:20px}.pictures figure:first-child{grid-column:1/-1}
+.pictures{display:grid;grid-template-columns:repeat(2,1fr);gap:20px}.pictures figure.wide{grid-column:1/-1}
 .pair{display:grid;grid-template-columns:repeat(auto-fit,minmax(340px,1fr));gap:20px}
 .scroll{overflow-x:auto}
 table{border-collapse:collapse;width:100%;font-size:14px}
@@ -53,7 +53,7 @@ dl{display:grid;grid-template-columns:max-content 1fr;gap:5px 22px;margin:0}dt{c
 .meter.none i{background:var(--out)}
 .legend{display:flex;flex-wrap:wrap;gap:4px 20px;font-size:13px;color:var(--soft);margin-top:10px}
 .legend span::before{content:"";display:inline-block;width:18px;height:0;border-top:2px solid var(--accent);vertical-align:4px;margin-right:7px}
-.legend .l-truth::before{border-top:1.5px dashed var(--truth)}.legend .l-budget::before{border-top:1.5px dashed var(--budget)}
+.legend .l-truth::before{border-top:1.5px dashed var(--truth)}.legend .l-budget::before{width:0;height:13px;border:0;border-left:2px solid var(--budget);vertical-align:-2px}
 .legend .l-start::before,.legend .l-end::before{width:8px;height:8px;border:2px solid var(--accent);border-radius:50%;vertical-align:-1px}
 .legend .l-start::before{background:var(--accent)}.legend .l-median::before{width:0;height:11px;border:0;border-left:2px solid var(--ink);vertical-align:-1px}
 .legend .l-bar::before{height:7px;border:0;background:var(--accent);border-radius:2px;vertical-align:0}
@@ -61,7 +61,7 @@ dl{display:grid;grid-template-columns:max-content 1fr;gap:5px 22px;margin:0}dt{c
 svg{display:block;width:100%;height:auto}svg.spark{width:220px;height:30px}svg.range{width:200px;height:20px}
 .grid{stroke:var(--grid);fill:none}.tick{fill:var(--faint);font-size:12px}.line{stroke:var(--accent);stroke-width:1.6;fill:none;stroke-linejoin:round}
 .spark .line{stroke-width:1.2}.band{fill:var(--band);stroke:none}.spike{fill:var(--accent)}
-.budget{stroke:var(--budget);stroke-width:1.4;stroke-dasharray:5 4;fill:none}.range .budget{stroke-dasharray:none}
+.budget{stroke:var(--budget);stroke-width:1.4;stroke-dasharray:5 4;fill:none}.range .budget{stroke-dasharray:none;stroke-width:2}
 .budget-label{fill:var(--budget);font-size:12px}
 .bar{stroke:var(--accent);stroke-width:8;fill:none}.bar.over{stroke:var(--bad)}.whisker{stroke:var(--out);stroke-width:2;fill:none}.median{stroke:var(--ink);stroke-width:2}
 .truth{stroke:var(--truth);stroke-width:1.3;stroke-dasharray:4 3;fill:none}.look{stroke:var(--accent);stroke-opacity:.35;fill:none}

@@ -1,0 +1,234 @@
+#include "firmware_host/cli.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <functional>
+
+#include "firmware_host/commands.hpp"
+#include "firmware_host/machine.hpp"
+#include "firmware_host/open_source.hpp"
+
+namespace tactus::firmware {
+namespace {
+
+constexpr const char* kExitCodes =
+    "Exit codes: 0 done, 1 failed, 2 bad usage or configuration, 3 bad input data, 4 device unavailable,\n"
+    "5 budget exceeded.";
+
+/// What was chosen: the command to run once parsing is over.
+using Command = std::function<rt::Result<std::string>()>;
+
+/// --frames is read as text, so that what is wrong with it is told in our words.
+void add_frames(CLI::App& app, FrameRange& range) {
+  app.add_option_function<std::string>(
+         "--frames",
+         [&range](const std::string& text) {
+           auto parsed = parse_frame_range(text);
+           if (!parsed) throw CLI::ValidationError(parsed.error().message);
+           range = *parsed;
+         },
+         "Take frames A to B - 1 only (A:B, A: or :B)")
+      ->type_name("A:B");
+}
+
+void add_json(CLI::App& app, bool& is_json) { app.add_flag("--json", is_json, "Print JSON instead of text"); }
+
+void add_profile(CLI::App& app, std::string& profile, std::vector<std::string>& settings) {
+  app.add_option("--profile", profile, "Sizes and budgets of the device: x86, headset or a TOML file")
+      ->type_name("x86|headset|FILE.toml")
+      ->capture_default_str();
+  app.add_option("--set", settings, "Overrides one value of the profile; may be repeated")
+      ->type_name("KEY=VALUE")
+      ->take_all()
+      ->allow_extra_args(false);
+}
+
+void add_run(CLI::App& root, const PipelineCommands& pipeline, RunOptions& o, Command& command) {
+  CLI::App* app =
+      root.add_subcommand("run", "Track the camera, map and label the room, let things bounce in it");
+  app->footer(source_help());
+  app->add_option("SOURCE", o.source, "Where frames come from (below)")->required();
+  app->add_option("--out", o.out,
+                  "Folder that receives trajectory.txt, mesh.ply, summary.json, trace.json, report.html, "
+                  "events.jsonl")
+      ->type_name("DIR");
+  app->add_option("--runner", o.runner,
+                  "realtime: threads and deadlines, late frames are dropped and counted; lockstep: "
+                  "one order, no drops, the same bits every time")
+      ->check(CLI::IsMember({"realtime", "lockstep"}))
+      ->capture_default_str();
+  add_profile(*app, o.profile, o.settings);
+  app->add_option("--model", o.model, "Network that labels keyframes (.tflite)")
+      ->type_name("FILE")
+      ->check(CLI::ExistingFile);
+  app->add_option("--materials", o.materials, "Table of materials (.toml) instead of the built-in one")
+      ->type_name("FILE")
+      ->check(CLI::ExistingFile);
+  app->add_option("--app", o.app, "What happens in the room")
+      ->check(CLI::IsMember({"none", "shooting", "plates"}))
+      ->capture_default_str();
+  app->add_option("--script", o.script, "Inputs of the app, for runs without a person")
+      ->type_name("FILE")
+      ->check(CLI::ExistingFile);
+  app->add_option("--collision", o.collision,
+                  "How real surfaces act on virtual things: not at all, all alike, or by material")
+      ->check(CLI::IsMember({"none", "uniform", "semantic"}))
+      ->capture_default_str();
+  app->add_option("--display", o.display, "Show the view in a window")
+      ->check(CLI::IsMember({"none", "window"}))
+      ->capture_default_str();
+  app->add_option("--gravity", o.gravity,
+                  "Direction of gravity in the first depth frame, when the source does not know it")
+      ->type_name("X,Y,Z");
+  add_frames(*app, o.frames);
+  app->add_flag("--json", o.is_json, "Print summary.json to standard output");
+  app->callback([&] { command = [&] { return pipeline.run(o); }; });
+}
+
+void add_eval(CLI::App& root, EvalTrajectoryOptions& t, EvalSurfaceOptions& s, Command& command) {
+  CLI::App* eval = root.add_subcommand("eval", "Measure a result against the truth");
+  eval->require_subcommand(1);
+  CLI::App* trajectory = eval->add_subcommand("trajectory",
+                                              "Error of a camera path: ATE aligned at the first pose and "
+                                              "rigidly (no scale), RPE per second and metre");
+  trajectory->footer(
+      "EST and GT are TUM text (time tx ty tz qx qy qz qw, camera to world), a folder with groundtruth.txt "
+      "or\n"
+      "trajectory.txt, or a 7-Scenes folder (frame i at i / 30 s).");
+  trajectory->add_option("EST", t.estimate, "The estimated trajectory")->required();
+  trajectory->add_option("GT", t.truth, "The true trajectory")->required();
+  trajectory->add_option("--gap", t.gap_ms_max, "Poses are partners up to this far apart in time")
+      ->type_name("MS")
+      ->capture_default_str();
+  add_json(*trajectory, t.is_json);
+  trajectory->callback([&] { command = [&t] { return eval_trajectory(t); }; });
+
+  CLI::App* surface = eval->add_subcommand(
+      "surface", "Distance of a mesh from the true surface, and its labels where both have them");
+  surface->footer(
+      "Points are spread evenly over the area of MESH and measured to TRUTH. Worlds are aligned by the "
+      "camera paths:\n"
+      "trajectory.txt beside MESH, groundtruth.txt beside TRUTH (a synthetic room knows its own).");
+  surface->add_option("MESH", s.mesh, "The reconstructed mesh (.ply)")->required();
+  surface->add_option("TRUTH", s.truth, "The true mesh (.ply, or a folder with mesh.ply), or synthetic:NAME")
+      ->required();
+  surface->add_option("--align", s.align, "auto is rigid where both paths are known, else none")
+      ->check(CLI::IsMember({"auto", "rigid", "first", "none"}))
+      ->capture_default_str();
+  surface->add_option("--poses", s.poses, "The path that MESH was made with")->type_name("EST");
+  surface->add_option("--truth-poses", s.truth_poses, "The true path, in the world of TRUTH")
+      ->type_name("GT");
+  surface->add_option("--samples", s.samples_count, "Points on MESH")->type_name("N")->capture_default_str();
+  add_json(*surface, s.is_json);
+  surface->callback([&] { command = [&s] { return eval_surface(s); }; });
+}
+
+void add_convert(CLI::App& root, ConvertOptions& o, Command& command) {
+  CLI::App* app = root.add_subcommand(
+      "convert", "Write a source as a recording folder, with poses and labels where known");
+  app->footer(source_help());
+  app->add_option("IN", o.source, "What to read (SOURCE, below)")->required();
+  app->add_option("OUT", o.out, "New or empty folder")->required();
+  app->add_option("--layout", o.layout, "Layout of the folder")
+      ->check(CLI::IsMember({"tum", "7scenes"}))
+      ->capture_default_str();
+  app->add_option("--color", o.color, "Encoding of colour images")
+      ->check(CLI::IsMember({"jpeg", "png"}))
+      ->capture_default_str();
+  app->add_flag("!--no-labels", o.has_labels, "Leave the label images out");
+  add_frames(*app, o.frames);
+  app->callback([&] { command = [&o] { return convert(o); }; });
+}
+
+void add_info(CLI::App& root, InfoOptions& o, Command& command) {
+  CLI::App* app =
+      root.add_subcommand("info", "Say what a source is: sizes, rates, calibration, gaps, what truth it has");
+  app->footer(source_help());
+  app->add_option("SOURCE", o.source, "What to look at (below)")->required();
+  app->add_flag("--quick", o.is_quick, "Do not read the frames");
+  add_frames(*app, o.frames);
+  add_json(*app, o.is_json);
+  app->callback([&] { command = [&o] { return info(o); }; });
+}
+
+/// Library messages come with or without a full stop, some with line feeds.
+std::string sentence(std::string text) {
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  while (!text.empty() && (text.back() == ' ' || text.back() == '.')) text.pop_back();
+  return text + ".";
+}
+
+int print_error(std::FILE* err, const rt::Error& error) {
+  std::fprintf(err, "tactus: %s\n", error.message.c_str());
+  return static_cast<int>(error.code);
+}
+
+}  // namespace
+
+int run_command_line(int argc, const char* const* argv, const PipelineCommands& pipeline, std::FILE* out,
+                     std::FILE* err) {
+  CLI::App root("tactus turns a depth camera into a room that virtual things can touch.", "tactus");
+  root.set_version_flag("--version", std::string("tactus ") + revision());
+  root.footer(std::string(source_help()) + "\n" + kExitCodes);
+  root.require_subcommand(0, 1);  // none is told below, in clearer words than the library's
+  root.get_formatter()->column_width(34);
+
+  Command command;
+  RunOptions run_options;
+  EvalTrajectoryOptions trajectory_options;
+  EvalSurfaceOptions surface_options;
+  ConvertOptions convert_options;
+  InfoOptions info_options;
+  PlanOptions plan_options;
+  WiringOptions wiring_options;
+  BenchOptions bench_options;
+  for (int i = 0; i < argc; ++i) run_options.command += i == 0 ? "tactus" : std::string(" ") + argv[i];
+  if (pipeline.run) add_run(root, pipeline, run_options, command);
+  add_eval(root, trajectory_options, surface_options, command);
+  add_convert(root, convert_options, command);
+  add_info(root, info_options, command);
+  if (pipeline.plan) {
+    CLI::App* app =
+        root.add_subcommand("plan", "Print the memory table: what is planned, how much, for whom and why");
+    add_profile(*app, plan_options.profile, plan_options.settings);
+    add_json(*app, plan_options.is_json);
+    app->callback([&] { command = [&] { return pipeline.plan(plan_options); }; });
+  }
+  if (pipeline.wiring) {
+    CLI::App* app = root.add_subcommand("wiring", "Print the stages, the edges between them and the threads");
+    app->add_flag("--dot", wiring_options.is_dot, "As a graph for Graphviz");
+    app->callback([&] { command = [&] { return pipeline.wiring(wiring_options); }; });
+  }
+  if (pipeline.bench) {
+    CLI::App* app = root.add_subcommand("bench", "Measure the stages and, beside them, the machine");
+    add_json(*app, bench_options.is_json);
+    app->callback([&] { command = [&] { return pipeline.bench(bench_options); }; });
+  }
+
+  try {
+    root.parse(argc, argv);
+    if (!command)
+      return print_error(err, {rt::ExitCode::bad_usage, "no command was given. Try tactus --help."});
+    const auto text = command();
+    if (!text) return print_error(err, text.error());
+    std::fwrite(text->data(), 1, text->size(), out);
+    if (std::fflush(out) != 0)
+      return print_error(err, {rt::ExitCode::failed, "standard output cannot be written."});
+    return static_cast<int>(rt::ExitCode::done);
+  } catch (const CLI::CallForHelp&) {
+    // The help of the command that was asked about.
+    const CLI::App* app = &root;
+    while (!app->get_subcommands().empty()) app = app->get_subcommands().front();
+    std::fputs(app->help().c_str(), out);
+    return static_cast<int>(rt::ExitCode::done);
+  } catch (const CLI::CallForVersion&) {
+    std::fprintf(out, "tactus %s\n", revision());
+    return static_cast<int>(rt::ExitCode::done);
+  } catch (const CLI::ParseError& e) {
+    return print_error(err, {rt::ExitCode::bad_usage, sentence(e.what()) + " Try tactus --help."});
+  } catch (const std::exception& e) {
+    return print_error(err, {rt::ExitCode::failed, std::string("a library failed: ") + e.what()});
+  }
+}
+
+}  // namespace tactus::firmware

@@ -1,0 +1,143 @@
+#include "firmware_host/open_source.hpp"
+
+#include <charconv>
+#include <filesystem>
+#include <utility>
+
+#include "hal/replay/replay.hpp"
+#include "hal/synthetic/synthetic.hpp"
+
+namespace tactus::firmware {
+namespace {
+
+/// Plays a part of a stream: skips what comes before, ends where the part ends. For backends without ranges
+/// of their own.
+template <typename Camera, typename Pixel>
+class PartOf final : public Camera {
+ public:
+  PartOf(std::unique_ptr<Camera> whole, FrameRange frames) : whole_(std::move(whole)), frames_(frames) {}
+
+  rt::Status read(std::span<Pixel> pixels, hal::FrameHeader& header, rt::Duration timeout) override {
+    for (;;) {
+      if (has_ended_) return rt::Status::end_of_stream;
+      const rt::Status status = whole_->read(pixels, header, timeout);
+      if (status == rt::Status::ok && header.sequence < frames_.first) {
+        ++skipped_count_;
+        continue;
+      }
+      has_ended_ = status == rt::Status::ok && header.sequence >= frames_.last;
+      if (has_ended_) ++skipped_count_;
+      counters_ = whole_->counters();
+      counters_.frames_delivered -= skipped_count_;
+      if (!has_ended_) return status;
+    }
+  }
+
+  [[nodiscard]] const hal::CameraCounters& counters() const override { return counters_; }
+
+ private:
+  std::unique_ptr<Camera> whole_;
+  FrameRange frames_;
+  hal::CameraCounters counters_;
+  std::uint64_t skipped_count_ = 0;
+  bool has_ended_ = false;
+};
+
+rt::Result<hal::Sensor> open_part_of_synthetic(const std::string& source, FrameRange frames) {
+  auto options = hal::parse_synthetic_name(source);
+  if (!options) return options.error();
+  auto opened = hal::open_synthetic(*options);
+  if (!opened || frames.is_everything()) return opened;
+  hal::Sensor& sensor = *opened;
+  if (frames.first >= sensor.frames_count) {
+    return rt::Error{rt::ExitCode::bad_usage, "--frames begins at " + std::to_string(frames.first) +
+                                                  ", but " + source + " has " +
+                                                  std::to_string(sensor.frames_count) + " frames."};
+  }
+  const std::uint64_t last = std::min(frames.last, sensor.frames_count);
+  if (sensor.truth.size() == sensor.frames_count) {
+    // Gravity is given in the first frame that is played.
+    if (sensor.gravity_depth) {
+      const Vec3d gravity_world = sensor.truth[0].T_world_depth.rotation * *sensor.gravity_depth;
+      sensor.gravity_depth = sensor.truth[frames.first].T_world_depth.rotation.transposed() * gravity_world;
+    }
+    const auto begin = sensor.truth.begin();
+    sensor.truth = {begin + static_cast<std::ptrdiff_t>(frames.first),
+                    begin + static_cast<std::ptrdiff_t>(last)};
+  }
+  sensor.frames_count = last - frames.first;
+  sensor.depth = std::make_unique<PartOf<hal::DepthCamera, std::uint16_t>>(std::move(sensor.depth), frames);
+  if (sensor.color) {
+    sensor.color = std::make_unique<PartOf<hal::ColorCamera, std::uint8_t>>(std::move(sensor.color), frames);
+  }
+  sensor.description += ", frames " + std::to_string(frames.first) + " to " + std::to_string(last - 1);
+  return opened;
+}
+
+/// The backend that would open this source, when this build has none; empty otherwise.
+std::string missing_backend(const std::string& source) {
+  const auto is_kind = [&](const char* kind) {
+    const std::string prefix = kind;
+    return source == prefix || source.starts_with(prefix + ":");
+  };
+  if (is_kind("openni2") || source.ends_with(".oni")) return "OpenNI2 cameras and .oni files";
+  if (is_kind("v4l2")) return "V4L2 cameras";
+  if (is_kind("libcamera")) return "libcamera cameras";
+  if (source.ends_with(".tac")) return "single-file recordings (.tac)";
+  return {};
+}
+
+}  // namespace
+
+rt::Result<FrameRange> parse_frame_range(std::string_view text) {
+  const auto bad = [&](const std::string& why) {
+    return rt::Error{rt::ExitCode::bad_usage,
+                     "--frames " + std::string(text) + ": " + why + "; A:B means frames A to B - 1."};
+  };
+  FrameRange range;
+  const auto number = [](std::string_view word, std::uint64_t& value) {
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    return error == std::errc() && end == word.data() + word.size() && !word.empty();
+  };
+  const std::size_t colon = text.find(':');
+  const std::string_view first = colon == std::string_view::npos ? "" : text.substr(0, colon);
+  const std::string_view last = colon == std::string_view::npos ? text : text.substr(colon + 1);
+  if (first.empty() && last.empty()) return bad("there is no number");
+  if (!first.empty() && !number(first, range.first)) return bad("A is not a number");
+  if (!last.empty() && !number(last, range.last)) return bad("B is not a number");
+  if (range.first >= range.last) return bad("the range is empty");
+  return range;
+}
+
+rt::Result<hal::Sensor> open_source(const std::string& source, const SourceOptions& options) {
+  if (source.starts_with("synthetic:")) return open_part_of_synthetic(source, options.frames);
+  std::error_code error;
+  if (std::filesystem::is_directory(source, error)) {
+    return hal::open_replay(source, {options.frames.first, options.frames.last, options.prefetch});
+  }
+  if (const std::string missing = missing_backend(source); !missing.empty()) {
+    return rt::Error{rt::ExitCode::device_unavailable,
+                     source + ": this build has no backend for " + missing + "."};
+  }
+  if (std::filesystem::exists(source, error)) {
+    return rt::Error{rt::ExitCode::bad_input,
+                     source + ": this is a file; a recording is a folder in TUM RGB-D or 7-Scenes layout."};
+  }
+  return rt::Error{
+      rt::ExitCode::bad_input,
+      source + ": there is no such folder, and no kind of source is called so (see tactus --help)."};
+}
+
+const char* source_help() {
+  return "SOURCE is one of\n"
+         "  DIR                  a recording in TUM RGB-D layout (depth.txt, rgb.txt, intrinsics.txt, "
+         "groundtruth.txt)\n"
+         "                       or 7-Scenes layout (frame-NNNNNN.depth.png, .color.*, .pose.txt)\n"
+         "  synthetic:NAME       a made room with exact truth: bedroom, office, wall, corner; options after "
+         "'?',\n"
+         "                       joined by '&': frames=N  mode=640x480|960x540|320x240  "
+         "trajectory=handheld|still\n"
+         "                       seed=N  noise=0|1  registered=0|1  blank=FIRST:COUNT  jump=0|1\n";
+}
+
+}  // namespace tactus::firmware

@@ -1,0 +1,84 @@
+// What the command line says, as plain values.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "firmware_host/open_source.hpp"
+
+namespace tactus::firmware {
+
+/// `tactus run`.
+struct RunOptions {
+  std::string source;
+  std::filesystem::path out;           // empty: no files are written
+  std::string runner = "realtime";     // realtime | lockstep
+  std::string profile = "x86";         // x86 | headset | FILE.toml
+  std::vector<std::string> settings;   // key=value, later ones win
+  std::filesystem::path model;         // .tflite; empty: no labels
+  std::filesystem::path materials;     // .toml; empty: the built-in table
+  std::string app = "none";            // none | shooting | plates
+  std::filesystem::path script;        // of the app
+  std::string collision = "semantic";  // none | uniform | semantic
+  std::string display = "none";        // none | window
+  std::string gravity;                 // "x,y,z" in the first depth frame; empty: found out
+  FrameRange frames;
+  bool is_json = false;  // summary.json on standard output
+  std::string command;   // the whole command line, for the report
+};
+
+/// `tactus eval trajectory`.
+struct EvalTrajectoryOptions {
+  std::filesystem::path estimate, truth;
+  double gap_ms_max = 20;
+  bool is_json = false;
+};
+
+/// `tactus eval surface`.
+struct EvalSurfaceOptions {
+  std::filesystem::path mesh;
+  std::string truth;                  // .ply, folder with mesh.ply, or synthetic:NAME
+  std::string align = "auto";         // auto | rigid | first | none
+  std::filesystem::path poses;        // of the estimate; empty: trajectory.txt beside the mesh
+  std::filesystem::path truth_poses;  // empty: groundtruth.txt beside the true mesh, or the room's own
+  std::size_t samples_count = 200'000;
+  bool is_json = false;
+};
+
+/// `tactus convert`.
+struct ConvertOptions {
+  std::string source;
+  std::filesystem::path out;
+  FrameRange frames;
+  std::string layout = "tum";  // tum | 7scenes
+  std::string color = "jpeg";  // jpeg | png
+  bool has_labels = true;
+};
+
+/// `tactus info`.
+struct InfoOptions {
+  std::string source;
+  FrameRange frames;
+  bool is_quick = false;  // reads no frames
+  bool is_json = false;
+};
+
+/// `tactus plan`.
+struct PlanOptions {
+  std::string profile = "x86";
+  std::vector<std::string> settings;
+  bool is_json = false;
+};
+
+/// `tactus wiring`.
+struct WiringOptions {
+  bool is_dot = false;  // Graphviz instead of text
+};
+
+/// `tactus bench`.
+struct BenchOptions {
+  bool is_json = false;
+};
+
+}  // namespace tactus::firmware
