@@ -227,37 +227,6 @@ int spread(const Candidates& all, std::uint8_t group, std::span<FieldContact> ou
   return static_cast<int>(written);
 }
 
-/// Least distance over the points of the shape that move towards a surface; +truncation when there is none in
-/// the band.
-double clearance(const DistanceField& field, const Shape& shape, const Vec3d& center,
-                 const Rotation& R_world_body, const Vec3d& motion) {
-  const double truncation_m = static_cast<double>(field.truncation_m);
-  double least_m = truncation_m;
-  if (shape.kind == ShapeKind::sphere) {
-    std::array<SeedSample, kSeeds.size()> seeds;
-    const int count = sample_seeds(field, center, shape.radius_m, &motion, seeds);
-    if (count == 0) return least_m;
-    const int lowest = lowest_unused(std::span(seeds).first(static_cast<std::size_t>(count)));
-    SphereTouch touch = seeds[static_cast<std::size_t>(lowest)].touch;
-    if (touch.distance_m < 0.62 * shape.radius_m + kContactMarginM)
-      descend(field, center, shape.radius_m, touch);
-    if (touch.gradient.dot(touch.direction) > kFacingCosine) return least_m;
-    least_m = std::min(least_m, touch.distance_m);
-  } else {
-    const BoxLattice lattice(shape.half_extents_m, truncation_m);
-    lattice.for_each_surface_point([&](const Vec3d& p_body) {
-      const Vec3d arm = R_world_body * p_body;
-      double distance_m = 0;
-      Vec3d gradient;
-      if (!sample_band(field, center + arm, distance_m, gradient)) return;
-      if (gradient.dot(arm) > 0 || gradient.dot(motion) > -0.2) return;
-      least_m = std::min(least_m, distance_m);
-    });
-  }
-  if (least_m < 0 && center_is_behind(field, center)) return truncation_m;
-  return least_m;
-}
-
 }  // namespace
 
 int sphere_contacts(const DistanceField& field, const Vec3d& center, double radius_m,
@@ -297,19 +266,22 @@ int sphere_contacts(const DistanceField& field, const Vec3d& center, double radi
 }
 
 int box_contacts(const DistanceField& field, const Vec3d& center, const Rotation& R_world_body,
-                 const Vec3d& half_extents_m, std::span<FieldContact, kFieldContactsMax> out) noexcept {
+                 const Vec3d& half_extents_m, double margin_m,
+                 std::span<FieldContact, kFieldContactsMax> out) noexcept {
   Candidates candidates;
+  bool touches = false;
   const BoxLattice lattice(half_extents_m, static_cast<double>(field.truncation_m));
   lattice.for_each_surface_point([&](const Vec3d& p_body) {
     const Vec3d arm = R_world_body * p_body;
     double distance_m = 0;
     Vec3d gradient;
     if (!sample_band(field, center + arm, distance_m, gradient)) return;
-    if (distance_m >= kContactMarginM || gradient.dot(arm) > 0) return;
+    if (distance_m >= margin_m || gradient.dot(arm) > 0) return;
+    touches = touches || distance_m < kContactMarginM;
     candidates.items[candidates.count++] = {center + arm, gradient.normalized(),
-                                            kContactMarginM - distance_m};
+                                            std::max(0.0, kContactMarginM - distance_m)};
   });
-  if (candidates.count == 0 || center_is_behind(field, center)) return 0;
+  if (!touches || center_is_behind(field, center)) return 0;
 
   // Groups by normal, seeded by the first member in lattice order: three are enough for a box in a corner;
   // what else there is joins the last.
@@ -328,11 +300,119 @@ int box_contacts(const DistanceField& field, const Vec3d& center, const Rotation
   return static_cast<int>(count);
 }
 
+namespace {
+
+/// What a sweep tests against. Points that touch where it starts are in the solver's hands: they hold a body
+/// back only when they sink kSinkM deeper. A slope or a roughness that the body rolls over does not stop it,
+/// a wall does.
+class Sweep {
+ public:
+  static constexpr double kTouchM = 0.5 * kContactMarginM;
+  static constexpr double kSinkM = 0.005;
+
+  Sweep(const DistanceField& field, const Shape& shape, const Vec3d& from, const Rotation& R_world_body,
+        const Vec3d& motion)
+      : field_(field),
+        shape_(shape),
+        R_world_body_(R_world_body),
+        motion_(motion),
+        lattice_(shape.half_extents_m, static_cast<double>(field.truncation_m)) {
+    if (shape.kind == ShapeKind::sphere) {
+      touching_count_ = sphere_contacts(field, from, shape.radius_m, touching_);
+      return;
+    }
+    std::size_t index = 0;
+    lattice_.for_each_surface_point([&](const Vec3d& p_body) {
+      double distance_m = 0;
+      Vec3d gradient;
+      const bool touches = sample_band(field, from + R_world_body * p_body, distance_m, gradient) &&
+                           distance_m < kImpactMarginM;
+      allowance_m_[index++] = touches ? allowance(distance_m) : 0;
+    });
+  }
+
+  /// Least distance, allowances added, over the points of the shape that move towards a surface; the
+  /// truncation distance when there is none in the band.
+  [[nodiscard]] double clearance(const Vec3d& center) const {
+    const double truncation_m = static_cast<double>(field_.truncation_m);
+    bool inside = false;
+    const double least_m =
+        shape_.kind == ShapeKind::sphere ? sphere_clearance(center, inside) : box_clearance(center, inside);
+    if (inside && center_is_behind(field_, center)) return truncation_m;
+    return std::min(least_m, truncation_m);
+  }
+
+ private:
+  static double allowance(double distance_m) { return kTouchM - std::min(distance_m, kTouchM) + kSinkM; }
+
+  [[nodiscard]] double allowance_towards(const Vec3d& direction) const {
+    for (int i = 0; i < touching_count_; ++i) {
+      const FieldContact& c = touching_[static_cast<std::size_t>(i)];
+      if (-c.normal_world.dot(direction) > kSameDirectionCosine)
+        return allowance(kContactMarginM - c.depth_m);
+    }
+    return 0;
+  }
+
+  [[nodiscard]] double sphere_clearance(const Vec3d& center, bool& inside) const {
+    std::array<SeedSample, kSeeds.size()> seeds;
+    const int count = sample_seeds(field_, center, shape_.radius_m, &motion_, seeds);
+    const std::span<SeedSample> samples = std::span(seeds).first(static_cast<std::size_t>(count));
+    for (SeedSample& seed : samples) seed.touch.distance_m += allowance_towards(seed.touch.direction);
+    double least_m = static_cast<double>(field_.truncation_m);
+    for (int tries = 0; tries < 3; ++tries) {
+      const int lowest = lowest_unused(samples);
+      if (lowest < 0) break;
+      SeedSample& seed = samples[static_cast<std::size_t>(lowest)];
+      seed.used = true;
+      SphereTouch touch = seed.touch;
+      if (touch.distance_m > 0.62 * shape_.radius_m + kContactMarginM) {
+        least_m = std::min(least_m, touch.distance_m);
+        break;
+      }
+      touch.distance_m -= allowance_towards(touch.direction);
+      descend(field_, center, shape_.radius_m, touch);
+      if (touch.gradient.dot(touch.direction) > kFacingCosine || touch.gradient.dot(motion_) > -0.2) continue;
+      inside = inside || touch.distance_m < 0;
+      least_m = std::min(least_m, touch.distance_m + allowance_towards(touch.direction));
+    }
+    return least_m;
+  }
+
+  [[nodiscard]] double box_clearance(const Vec3d& center, bool& inside) const {
+    double least_m = static_cast<double>(field_.truncation_m);
+    std::size_t index = 0;
+    lattice_.for_each_surface_point([&](const Vec3d& p_body) {
+      const double allowance_m = allowance_m_[index++];
+      const Vec3d arm = R_world_body_ * p_body;
+      double distance_m = 0;
+      Vec3d gradient;
+      if (!sample_band(field_, center + arm, distance_m, gradient)) return;
+      if (gradient.dot(arm) > 0 || gradient.dot(motion_) > -0.2) return;
+      inside = inside || distance_m < 0;
+      least_m = std::min(least_m, distance_m + allowance_m);
+    });
+    return least_m;
+  }
+
+  const DistanceField& field_;
+  const Shape& shape_;
+  const Rotation& R_world_body_;
+  Vec3d motion_;
+  BoxLattice lattice_;
+  std::array<double, kLatticePointsMax> allowance_m_;     // box: of each lattice point
+  std::array<FieldContact, kFieldContactsMax> touching_;  // sphere
+  int touching_count_ = 0;
+};
+
+}  // namespace
+
 double free_fraction(const DistanceField& field, const Shape& shape, const Vec3d& from,
                      const Rotation& R_world_body, const Vec3d& displacement) noexcept {
   const double length_m = displacement.norm();
   if (length_m <= 0) return 1;
   const Vec3d motion = displacement * (1 / length_m);
+  const Sweep sweep(field, shape, from, R_world_body, motion);
   // Half the reported distance is a safe step for surfaces seen at up to 60 degrees (projective distance =
   // 2x).
   constexpr double kSafeStep = 0.5;
@@ -340,14 +420,14 @@ double free_fraction(const DistanceField& field, const Shape& shape, const Vec3d
   double travelled_m = 0;
   double free_m = 0;  // largest travel that was seen free
   for (int evaluation = 0; evaluation < 128; ++evaluation) {
-    const double c = clearance(field, shape, from + motion * travelled_m, R_world_body, motion);
-    if (c < 0.5 * kContactMarginM) {
+    const double c = sweep.clearance(from + motion * travelled_m);
+    if (c < Sweep::kTouchM) {
       if (travelled_m == 0) return 0;
       double touching_m = travelled_m;
       while (evaluation < 128 && touching_m - free_m > 0.25 * kContactMarginM) {
         const double middle_m = 0.5 * (free_m + touching_m);
-        const double m = clearance(field, shape, from + motion * middle_m, R_world_body, motion);
-        (m < 0.5 * kContactMarginM ? touching_m : free_m) = middle_m;
+        const double m = sweep.clearance(from + motion * middle_m);
+        (m < Sweep::kTouchM ? touching_m : free_m) = middle_m;
         ++evaluation;
       }
       return touching_m / length_m;

@@ -37,17 +37,25 @@ struct FieldContact {
 int sphere_contacts(const DistanceField& field, const Vec3d& center_world_m, double radius_m,
                     std::span<FieldContact, kFieldContactsMax> out) noexcept;
 
+/// Points of a box that moves faster than this gather contacts from kImpactMarginM: on a rough surface a flat
+/// impact is taken by the whole face, not by the corner that is first by a hair, which would turn its speed
+/// into spin.
+inline constexpr double kImpactSpeed = 0.5;
+inline constexpr double kImpactMarginM = 0.002;
+
 /// Contacts of a box: points of a lattice on its surface no wider than the truncation distance (at most 5
-/// along an edge), grouped by normal, each group reduced to at most 4 spread far apart. Step phase;
-/// wait-free.
+/// along an edge) that are closer than `margin_m`, grouped by normal, each group reduced to at most 4 spread
+/// far apart. Step phase; wait-free.
 int box_contacts(const DistanceField& field, const Vec3d& center_world_m, const Rotation& R_world_body,
-                 const Vec3d& half_extents_m, std::span<FieldContact, kFieldContactsMax> out) noexcept;
+                 const Vec3d& half_extents_m, double margin_m,
+                 std::span<FieldContact, kFieldContactsMax> out) noexcept;
 
 /// Conservative advancement (Mirtich 1996): the fraction of `displacement` that the shape can travel until it
-/// first touches a surface it moves towards; 1 when it can travel all of it. Orientation is held. Surfaces
-/// that it slides along (approach under 12 degrees) do not stop it: contacts hold those. Bounded to 128 field
-/// evaluations of the shape; when those do not suffice the shape is stopped where it is known to be free.
-/// Step phase; wait-free.
+/// first touches a surface that it moves towards at more than 12 degrees; 1 when it can travel all of it.
+/// Orientation is held. What it touches where it starts is in the solver's hands and stops it only after
+/// sinking 5 mm deeper: a rolling ball is not caught by the roughness of the floor, but by the wall at its
+/// end. Bounded to 128 field evaluations of the shape; when those do not suffice it is stopped where it is
+/// known to be free. Step phase; wait-free.
 double free_fraction(const DistanceField& field, const Shape& shape, const Vec3d& from_world_m,
                      const Rotation& R_world_body, const Vec3d& displacement_m) noexcept;
 

@@ -28,8 +28,10 @@ int collide(dGeomID field_geom, dGeomID body_geom, int flags, dContactGeom* out,
     const Rotation R_world_body{{r[0], r[1], r[2], r[4], r[5], r[6], r[8], r[9], r[10]}};
     dVector3 lengths;
     dGeomBoxGetLengths(body_geom, lengths);
-    count =
-        box_contacts(field, center, R_world_body, {lengths[0] / 2, lengths[1] / 2, lengths[2] / 2}, contacts);
+    const dReal* v = dBodyGetLinearVel(dGeomGetBody(body_geom));
+    const bool is_fast = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] > kImpactSpeed * kImpactSpeed;
+    count = box_contacts(field, center, R_world_body, {lengths[0] / 2, lengths[1] / 2, lengths[2] / 2},
+                         is_fast ? kImpactMarginM : kContactMarginM, contacts);
   }
   const int room = flags & 0xffff;
   if (count > room) count = room;

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstring>
 #include <string>
-#include <utility>
 
 #include "pipeline/contact/field_contacts.hpp"
 #include "pipeline/contact/field_geom.hpp"
@@ -24,8 +23,7 @@ constexpr double kErp = 0.2;
 constexpr double kPushOutSpeedMax = 1.0;  // m/s: a body that the map grows over is eased out, not shot
 constexpr double kSinkMaxM = 0.008;
 constexpr double kSweepLeastM = 0.002;
-constexpr double kStallM = 0.0001;
-constexpr double kCalmSpeed = 0.02, kCalmSpin = 0.1;
+constexpr double kCalmSpeed = 0.02;       // of any point of the body
 constexpr std::uint16_t kCalmSteps = 30;  // a quarter of a second
 constexpr double kWorldRadiusM = 50;
 constexpr int kPairContactsMax = 12;
@@ -582,9 +580,8 @@ void World::settle_body(Slot& slot) noexcept {
 
   const double size_m =
       slot.shape.kind == ShapeKind::sphere ? slot.shape.radius_m : slot.shape.half_extents_m.norm();
-  const bool calm =
-      slot.touching && velocity.dot(velocity) < kCalmSpeed * kCalmSpeed &&
-      spin.dot(spin) < std::min(kCalmSpin * kCalmSpin, kCalmSpeed * kCalmSpeed / (size_m * size_m));
+  const bool calm = slot.touching && velocity.dot(velocity) < kCalmSpeed * kCalmSpeed &&
+                    spin.dot(spin) * size_m * size_m < kCalmSpeed * kCalmSpeed;
   slot.calm_steps =
       calm ? static_cast<std::uint16_t>(std::min<int>(slot.calm_steps + 1, kCalmSteps)) : std::uint16_t{0};
 }
@@ -657,11 +654,7 @@ void World::sweep(Slot& slot, bool free_flight) noexcept {
   if (travel.dot(travel) < kSweepLeastM * kSweepLeastM) return;
   const double fraction =
       free_fraction(field_, slot.shape, from, Rotation::from(quaternion_of(slot.body)), travel);
-  // Stopped twice on the spot: the path sees an obstacle that the contacts do not resolve (a fold of the
-  // field). It is let through for a step rather than hung in the air while gravity feeds its speed.
-  const bool stalls = fraction * fraction * travel.dot(travel) < kStallM * kStallM;
-  const bool stalled_before = std::exchange(slot.stalled, stalls && !slot.stalled);
-  if (fraction >= 1 || (stalls && stalled_before)) return;
+  if (fraction >= 1) return;
   ++counters_.sweeps_stopped;
   const Vec3d p = from + travel * fraction;
   dBodySetPosition(slot.body, p.x, p.y, p.z);
@@ -681,7 +674,7 @@ void World::check_one_sleeper() noexcept {
   const int touches = slot.shape.kind == ShapeKind::sphere
                           ? sphere_contacts(field_, center, slot.shape.radius_m, contacts)
                           : box_contacts(field_, center, Rotation::from(quaternion_of(slot.body)),
-                                         slot.shape.half_extents_m, contacts);
+                                         slot.shape.half_extents_m, kContactMarginM, contacts);
   if (touches > 0) return;
   dBodyEnable(slot.body);
   slot.calm_steps = 0;

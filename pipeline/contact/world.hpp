@@ -173,7 +173,6 @@ class World {
     bool touching = false;  // had a contact in the last step
     bool on_field = false;  // one of them with a real surface
     bool in_group = false;  // scratch of sleep_calm_groups()
-    bool stalled = false;   // the last sweep stopped it where it stood
     Shape shape;
     MaterialId material = kUnknownMaterial;
     ContactProperties properties;

@@ -74,7 +74,7 @@ TEST(BoxContacts, FlatBoxTouchesWithItsFourCorners) {
   auto scene = test::floor_scene();
   Contacts contacts;
   const Vec3d half{0.15, 0.05, 0.1};
-  ASSERT_EQ(box_contacts(scene.field(), {0, 0.0499, 0}, {}, half, contacts), 4);
+  ASSERT_EQ(box_contacts(scene.field(), {0, 0.0499, 0}, {}, half, kContactMarginM, contacts), 4);
   for (std::size_t i = 0; i < 4; ++i) {
     EXPECT_NEAR(std::abs(contacts[i].position_world_m.x), 0.15, 1e-9);
     EXPECT_NEAR(std::abs(contacts[i].position_world_m.z), 0.1, 1e-9);
@@ -88,7 +88,8 @@ TEST(BoxContacts, FlatBoxTouchesWithItsFourCorners) {
 TEST(BoxContacts, FloorAndWallBothHold) {
   AnalyticField scene([](const Vec3d& p) { return std::min(p.x, p.y); });
   Contacts contacts;
-  const int count = box_contacts(scene.field(), {0.0999, 0.0499, 0}, {}, {0.1, 0.05, 0.1}, contacts);
+  const int count =
+      box_contacts(scene.field(), {0.0999, 0.0499, 0}, {}, {0.1, 0.05, 0.1}, kContactMarginM, contacts);
   int floor = 0, wall = 0;
   for (int i = 0; i < count; ++i) {
     const Vec3d n = contacts[static_cast<std::size_t>(i)].normal_world;
@@ -103,7 +104,8 @@ TEST(BoxContacts, ThinBoxDoesNotTouchWithItsTop) {
   auto scene = test::floor_scene();
   Contacts contacts;
   // A board of 1 cm whose underside is 4 mm deep: top and bottom corners are both in the band.
-  const int count = box_contacts(scene.field(), {0, 0.001, 0}, {}, {0.1, 0.005, 0.1}, contacts);
+  const int count =
+      box_contacts(scene.field(), {0, 0.001, 0}, {}, {0.1, 0.005, 0.1}, kContactMarginM, contacts);
   ASSERT_EQ(count, 4);
   for (std::size_t i = 0; i < 4; ++i) EXPECT_LT(contacts[i].position_world_m.y, 0);
 }
