@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "hal/synthetic/synthetic.hpp"
+#include "hal/synthetic/trajectory.hpp"
 
 namespace tactus::hal::synthetic {
 namespace {
@@ -39,8 +39,7 @@ TEST_P(RaycastOf, DepthLabelAndNormalEqualTheSphereTracedOnes) {
   Hits hits(static_cast<std::size_t>(k.width) * static_cast<std::size_t>(k.height));
   std::mt19937 random(kSeed);
   for (const int frame : {0, 61, 133, 238}) {
-    FrameRenderer renderer(std::make_shared<const Scene>(make_scene(options.scene)), options);
-    const T_WorldDepth pose = renderer.pose(frame);
+    const T_WorldDepth pose = pose_at(options, scene.loop(), frame);
     sut.cast(pose, hits);
     sut.find_normals(pose, hits);
     for (int i = 0; i < 1500; ++i) {

@@ -29,17 +29,18 @@ TEST(SinCos, AgreesWithTheLibrary) {
 }
 
 TEST(Trajectory, ComesBackToItsStart) {
-  for (const SceneId id : {SceneId::bedroom, SceneId::office, SceneId::wall, SceneId::corner})
+  for (const SceneId id : {SceneId::bedroom, SceneId::office, SceneId::wall, SceneId::corner}) {
+    const LoopSpec loop = loop_of(id);
     for (const int frames : {60, 300, 777}) {
       SyntheticOptions options;
       options.frames_count = frames;
-      const LoopSpec loop = loop_of(id);
       const T_WorldDepth first = pose_at(options, loop, 0), last = pose_at(options, loop, frames - 1);
       EXPECT_EQ(first.translation, last.translation);
       EXPECT_EQ(first.rotation.m, last.rotation.m);
       // And arrives there: the frame before is already close.
       EXPECT_LT((pose_at(options, loop, frames - 2).translation - last.translation).norm(), 0.005);
     }
+  }
 }
 
 TEST(Trajectory, KeepsItsSpeedLimits) {
