@@ -47,7 +47,7 @@ void add_run(CLI::App& root, const PipelineCommands& pipeline, RunOptions& o, Co
   CLI::App* app =
       root.add_subcommand("run", "Track the camera, map and label the room, let things bounce in it");
   app->footer(source_help());
-  app->add_option("SOURCE", o.source, "Where frames come from (below)")->required();
+  app->add_option("SOURCE", o.source, "Where frames come from (below)")->required()->type_name("");
   app->add_option("--out", o.out,
                   "Folder that receives trajectory.txt, mesh.ply, summary.json, trace.json, report.html, "
                   "events.jsonl")
@@ -95,8 +95,8 @@ void add_eval(CLI::App& root, EvalTrajectoryOptions& t, EvalSurfaceOptions& s, C
       "EST and GT are TUM text (time tx ty tz qx qy qz qw, camera to world), a folder with groundtruth.txt "
       "or\n"
       "trajectory.txt, or a 7-Scenes folder (frame i at i / 30 s).");
-  trajectory->add_option("EST", t.estimate, "The estimated trajectory")->required();
-  trajectory->add_option("GT", t.truth, "The true trajectory")->required();
+  trajectory->add_option("EST", t.estimate, "The estimated trajectory")->required()->type_name("");
+  trajectory->add_option("GT", t.truth, "The true trajectory")->required()->type_name("");
   trajectory->add_option("--gap", t.gap_ms_max, "Poses are partners up to this far apart in time")
       ->type_name("MS")
       ->capture_default_str();
@@ -109,9 +109,10 @@ void add_eval(CLI::App& root, EvalTrajectoryOptions& t, EvalSurfaceOptions& s, C
       "Points are spread evenly over the area of MESH and measured to TRUTH. Worlds are aligned by the "
       "camera paths:\n"
       "trajectory.txt beside MESH, groundtruth.txt beside TRUTH (a synthetic room knows its own).");
-  surface->add_option("MESH", s.mesh, "The reconstructed mesh (.ply)")->required();
+  surface->add_option("MESH", s.mesh, "The reconstructed mesh (.ply)")->required()->type_name("");
   surface->add_option("TRUTH", s.truth, "The true mesh (.ply, or a folder with mesh.ply), or synthetic:NAME")
-      ->required();
+      ->required()
+      ->type_name("");
   surface->add_option("--align", s.align, "auto is rigid where both paths are known, else none")
       ->check(CLI::IsMember({"auto", "rigid", "first", "none"}))
       ->capture_default_str();
@@ -127,15 +128,16 @@ void add_convert(CLI::App& root, ConvertOptions& o, Command& command) {
   CLI::App* app = root.add_subcommand(
       "convert", "Write a source as a recording folder, with poses and labels where known");
   app->footer(source_help());
-  app->add_option("IN", o.source, "What to read (SOURCE, below)")->required();
-  app->add_option("OUT", o.out, "New or empty folder")->required();
+  app->add_option("IN", o.source, "What to read (SOURCE, below)")->required()->type_name("");
+  app->add_option("OUT", o.out, "New or empty folder")->required()->type_name("");
   app->add_option("--layout", o.layout, "Layout of the folder")
       ->check(CLI::IsMember({"tum", "7scenes"}))
       ->capture_default_str();
   app->add_option("--color", o.color, "Encoding of colour images")
       ->check(CLI::IsMember({"jpeg", "png"}))
       ->capture_default_str();
-  app->add_flag("!--no-labels", o.has_labels, "Leave the label images out");
+  app->add_flag_callback(
+      "--no-labels", [&o] { o.has_labels = false; }, "Leave the label images out");
   add_frames(*app, o.frames);
   app->callback([&] { command = [&o] { return convert(o); }; });
 }
@@ -144,7 +146,7 @@ void add_info(CLI::App& root, InfoOptions& o, Command& command) {
   CLI::App* app =
       root.add_subcommand("info", "Say what a source is: sizes, rates, calibration, gaps, what truth it has");
   app->footer(source_help());
-  app->add_option("SOURCE", o.source, "What to look at (below)")->required();
+  app->add_option("SOURCE", o.source, "What to look at (below)")->required()->type_name("");
   app->add_flag("--quick", o.is_quick, "Do not read the frames");
   add_frames(*app, o.frames);
   add_json(*app, o.is_json);
@@ -218,8 +220,12 @@ int run_command_line(int argc, const char* const* argv, const PipelineCommands& 
   } catch (const CLI::CallForHelp&) {
     // The help of the command that was asked about.
     const CLI::App* app = &root;
-    while (!app->get_subcommands().empty()) app = app->get_subcommands().front();
-    std::fputs(app->help().c_str(), out);
+    std::string path;
+    while (!app->get_subcommands().empty()) {
+      path += (path.empty() ? "" : " ") + app->get_name();
+      app = app->get_subcommands().front();
+    }
+    std::fputs(app->help(path).c_str(), out);
     return static_cast<int>(rt::ExitCode::done);
   } catch (const CLI::CallForVersion&) {
     std::fprintf(out, "tactus %s\n", revision());

@@ -67,7 +67,7 @@ svg{display:block;width:100%;height:auto}svg.spark{width:220px;height:30px}svg.r
 .truth{stroke:var(--truth);stroke-width:1.3;stroke-dasharray:4 3;fill:none}.look{stroke:var(--accent);stroke-opacity:.35;fill:none}
 .start{fill:var(--accent)}.end{fill:var(--card);stroke:var(--accent);stroke-width:2}.scale{stroke:var(--soft);fill:none;stroke-width:1.4}
 footer{color:var(--soft);font-size:13px;margin-top:22px}
-@media (max-width:640px){main{padding:24px 14px 40px}section{padding:16px}.pictures{grid-template-columns:1fr}h1{font-size:24px}dl{grid-template-columns:1fr;gap:0}dd{margin-bottom:8px}}
+@media (max-width:640px){main{padding:24px 14px 40px}.tiles{grid-template-columns:repeat(2,1fr)}.tile .figure{font-size:21px}section{padding:16px}.pictures{grid-template-columns:1fr}h1{font-size:24px}dl{grid-template-columns:1fr;gap:0}dd{margin-bottom:8px}}
 )css";
 
 }  // namespace tactus::firmware

@@ -69,7 +69,9 @@ TEST(CommandLine, EveryCommandHasHelpAndNoLineIsEmptyOfMeaning) {
     const Outcome o = tactus(words);
     EXPECT_EQ(o.code, 0) << words[0];
     EXPECT_TRUE(contains(o.out, "Usage:")) << o.out;
-    EXPECT_TRUE(contains(o.out, words[words.size() - 2])) << o.out;
+    std::string path = "Usage: tactus";
+    for (std::size_t i = 0; i + 1 < words.size(); ++i) path += " " + words[i];
+    EXPECT_TRUE(contains(o.out, path)) << o.out;
   }
 }
 

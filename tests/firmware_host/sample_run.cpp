@@ -70,7 +70,7 @@ RunResult sample_run() {
   std::mt19937 random(7);
   std::normal_distribution<double> noise(0, 0.0004);
   RunResult r;
-  r.source = "synthetic:bedroom,640x480,noise";
+  r.source = "synthetic:bedroom?mode=640x480";
   r.description = "Synthetic room 'bedroom', Kinect-like noise, seed 1, 300 frames";
   r.runner = "lockstep";
   r.profile = "x86";
