@@ -65,7 +65,7 @@ void add_run(CLI::App& root, const PipelineCommands& pipeline, RunOptions& o, Co
       ->type_name("FILE")
       ->check(CLI::ExistingFile);
   app->add_option("--app", o.app, "What happens in the room")
-      ->check(CLI::IsMember({"none", "shooting", "plates"}))
+      ->check(CLI::IsMember({"none"}))
       ->capture_default_str();
   app->add_option("--script", o.script, "Inputs of the app, for runs without a person")
       ->type_name("FILE")
@@ -75,7 +75,7 @@ void add_run(CLI::App& root, const PipelineCommands& pipeline, RunOptions& o, Co
       ->check(CLI::IsMember({"none", "uniform", "semantic"}))
       ->capture_default_str();
   app->add_option("--display", o.display, "Show the view in a window")
-      ->check(CLI::IsMember({"none", "window"}))
+      ->check(CLI::IsMember({"none"}))
       ->capture_default_str();
   app->add_option("--gravity", o.gravity,
                   "Direction of gravity in the first depth frame, when the source does not know it")

@@ -43,8 +43,8 @@ std::size_t Spine::bytes_needed(const hal::RigCalibration& rig, const SpineConfi
          track::Relocalizer::bytes_needed(config.relocalizer);
 }
 
-void Spine::bind(rt::Slice memory, const hal::RigCalibration& rig, const SpineConfig& config,
-                 const T_WorldDepth& T_world_first, rt::WorkerPool& pool) {
+void Spine::bind(rt::Slice map_memory, rt::Slice memory, const hal::RigCalibration& rig,
+                 const SpineConfig& config, const T_WorldDepth& T_world_first, rt::WorkerPool& pool) {
   rig_ = rig;
   config_ = config;
   pool_ = &pool;
@@ -53,7 +53,7 @@ void Spine::bind(rt::Slice memory, const hal::RigCalibration& rig, const SpineCo
   ideal.k1 = ideal.k2 = ideal.p1 = ideal.p2 = ideal.k3 = 0;
   half_camera_ = half_resolution(ideal);
   const std::size_t n = pixels_count(rig.depth), half = n / 4;
-  map_.bind(rt::Slice(memory.take_bytes(map::Map::bytes_needed(config.map))), config.map);
+  map_.bind(map_memory, config.map);
   active_.bind(memory, config.map.blocks_capacity);
   model_.bind(memory, half_camera_);
   relocalizer_.bind(memory, config.relocalizer);

@@ -48,10 +48,11 @@ struct SpineResult {
 
 class Spine {
  public:
+  /// Without the map, which has a row of its own: map::Map::bytes_needed().
   static std::size_t bytes_needed(const hal::RigCalibration& rig, const SpineConfig& config);
 
   /// Boot. `T_world_first` is the pose of the first frame (gravity-aligned by the caller).
-  void bind(rt::Slice memory, const hal::RigCalibration& rig, const SpineConfig& config,
+  void bind(rt::Slice map_memory, rt::Slice memory, const hal::RigCalibration& rig, const SpineConfig& config,
             const T_WorldDepth& T_world_first, rt::WorkerPool& pool);
   /// Before the first frame: where it will be.
   void set_first_pose(const T_WorldDepth& T_world_first) noexcept { T_world_depth_ = T_world_first; }

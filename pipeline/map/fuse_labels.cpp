@@ -1,7 +1,10 @@
 #include "pipeline/map/fuse_labels.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
+#include <cstring>
 
 #include "pipeline/register/depth_images.hpp"
 #include "pipeline/register/half_color.hpp"
@@ -41,28 +44,54 @@ struct CellSurface {
   Vec3f normal_world;
 };
 
-/// False when the cell holds no surface. Unobserved voxels are left out.
+constexpr unsigned kNear = 1, kBehind = 2, kFront = 4;
+
+/// Bit c of the result: cell c has a voxel within a voxel size of the surface, or voxels on both sides of it.
+/// Most cells have neither; in bytes of a word a block takes 16 steps.
+std::uint64_t cells_with_surface(const std::int16_t* tsdf, const MapConfig& config) {
+  const auto band = static_cast<std::int32_t>(config.voxel_size_m / config.truncation_m * kTsdfScale);
+  alignas(64) std::uint8_t sides[kBlockVoxels];
+  for (int v = 0; v < kBlockVoxels; ++v) {
+    const std::int32_t raw = tsdf[v];
+    const unsigned near =
+        static_cast<std::uint32_t>(raw + band) < static_cast<std::uint32_t>(2 * band) ? kNear : 0;
+    const unsigned behind = raw < 0 ? kBehind : 0;
+    const unsigned front = raw >= 0 ? kFront : 0;
+    sides[v] = static_cast<std::uint8_t>(raw == kTsdfUnknown ? 0 : near | behind | front);
+  }
+  const auto row = [&sides](int y, int z) {
+    std::uint64_t word;
+    std::memcpy(&word, &sides[voxel_index(0, y, z)], 8);
+    return word;
+  };
+  constexpr std::uint64_t kOnes = 0x0001'0001'0001'0001ull;  // one byte of each cell's two
+  std::uint64_t cells = 0;
+  for (int i = 0; i < 16; ++i) {
+    const int y = kCellSide * (i & 3), z = kCellSide * (i >> 2);
+    std::uint64_t any = row(y, z) | row(y + 1, z) | row(y, z + 1) | row(y + 1, z + 1);
+    any |= any >> 8;
+    const std::uint64_t hit = (any | (any >> 1 & any >> 2)) & kOnes;
+    const std::uint64_t four = hit | hit >> 15 | hit >> 30 | hit >> 45;  // bits 0, 16, 32, 48 side by side
+    cells |= (four & 15u) << (4 * i);
+  }
+  return cells;
+}
+
+/// Of a cell among cells_with_surface(); false when its field is flat. Unobserved voxels are left out.
 bool surface_of_cell(const std::int16_t* tsdf, int cell, const MapConfig& config, CellSurface& out) {
   const int x = kCellSide * (cell & 3), y = kCellSide * (cell >> 2 & 3), z = kCellSide * (cell >> 4);
-  float v[8];
+  float v[8] = {};
   int known = 0;
-  float least = 2 * kTsdfScale, most = -2 * kTsdfScale, nearest = 2 * kTsdfScale, sum = 0;
+  float sum = 0, count = 0;
   for (int k = 0; k < 8; ++k) {
     const std::int16_t raw = tsdf[voxel_index(x + (k & 1), y + (k >> 1 & 1), z + (k >> 2))];
     if (raw == kTsdfUnknown) continue;
     known |= 1 << k;
     v[k] = static_cast<float>(raw);
-    least = std::min(least, v[k]);
-    most = std::max(most, v[k]);
-    nearest = std::min(nearest, std::fabs(v[k]));
     sum += v[k];
+    count += 1;
   }
-  if (known == 0) return false;
-  const float voxel = config.voxel_size_m / config.truncation_m * kTsdfScale;
-  if (!(nearest < voxel || (least < 0 && most > 0))) return false;
   float slope[3];
-  float count = 0;
-  for (int k = 0; k < 8; ++k) count += static_cast<float>(known >> k & 1);
   for (int axis = 0; axis < 3; ++axis) {
     float difference = 0, pairs = 0;
     for (int k = 0; k < 8; ++k) {
@@ -224,7 +253,8 @@ FuseLabelsResult fuse_labels(Map& map, const LabelKeyframe& keyframe, std::span<
     const auto before = map.labels(block);
     std::size_t fused = 0;
     std::copy(before.begin(), before.end(), labels.begin());
-    for (int cell = 0; cell < kBlockCells; ++cell) {
+    for (std::uint64_t left = cells_with_surface(tsdf, map.config()); left != 0; left &= left - 1) {
+      const int cell = std::countr_zero(left);
       CellSurface surface;
       float u = 0, v = 0;
       if (!surface_of_cell(tsdf, cell, map.config(), surface)) continue;

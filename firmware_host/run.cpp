@@ -1,0 +1,152 @@
+#include "firmware_host/run.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+
+#include "firmware_host/open_source.hpp"
+#include "firmware_host/run_labels.hpp"
+#include "firmware_host/run_outputs.hpp"
+#include "firmware_host/run_session.hpp"
+#include "firmware_host/run_settings.hpp"
+#include "hal/egl/offscreen.hpp"
+#include "rt/arena.hpp"
+#include "rt/heap_guard.hpp"
+
+namespace tactus::firmware {
+namespace {
+
+// First pose of the depth camera: gravity along -y, heading kept, origin at the camera.
+T_WorldDepth level_pose(const Vec3d& gravity_depth) {
+  const Vec3d up = -gravity_depth.normalized();
+  // Rows of R_world_depth are the world's axes in the camera: y up, z away from where the camera looks.
+  Vec3d back = Vec3d{0, 0, -1} - up * (Vec3d{0, 0, -1}.dot(up));
+  if (back.norm() < 0.1) back = Vec3d{0, 1, 0} - up * (Vec3d{0, 1, 0}.dot(up));  // looks straight up or down
+  back = back.normalized();
+  const Vec3d right = up.cross(back);
+  return {{{right.x, right.y, right.z, up.x, up.y, up.z, back.x, back.y, back.z}}, {}};
+}
+
+struct Gravity {
+  Vec3d direction_depth{0, 1, 0};
+  std::string origin;
+};
+
+rt::Result<Gravity> find_gravity(const RunOptions& options, const hal::Sensor& sensor) {
+  if (!options.gravity.empty()) {
+    Vec3d g;
+    char end = 0;
+    if (std::sscanf(options.gravity.c_str(), "%lf,%lf,%lf%c", &g.x, &g.y, &g.z, &end) != 3 ||
+        !(g.norm() > 1e-6) || !std::isfinite(g.norm()))
+      return rt::Error{rt::ExitCode::bad_usage,
+                       "--gravity " + options.gravity + ": it reads x,y,z, not all zero."};
+    return Gravity{g.normalized(), "command line"};
+  }
+  if (sensor.gravity_depth) return Gravity{*sensor.gravity_depth, "recording"};
+  return Gravity{{0, 1, 0}, "none: the camera is taken as level"};
+}
+
+}  // namespace
+
+rt::Result<std::string> run(const RunOptions& options) {
+  // Configuration.
+  auto settings = read_settings(options.profile, options.settings);
+  if (!settings) return settings.error();
+  const bool is_lockstep = options.runner == "lockstep";
+
+  // Sensor. A recording decodes ahead on threads of its own, so that the pipeline's never wait for a disk.
+  SourceOptions source;
+  source.frames = options.frames;
+  source.prefetch = is_lockstep ? 0 : 8;
+  auto sensor = open_source(options.source, source);
+  if (!sensor) return sensor.error();
+  if (sensor->calibration.depth.width % 4 != 0 || sensor->calibration.depth.height % 4 != 0 ||
+      sensor->calibration.depth.width < 128 || sensor->calibration.depth.width > 960)
+    return rt::Error{rt::ExitCode::bad_input,
+                     options.source + ": depth images of " + std::to_string(sensor->calibration.depth.width) +
+                         "x" + std::to_string(sensor->calibration.depth.height) +
+                         " are not supported: both sides must be multiples of 4, the width 128 to 960."};
+  const auto gravity = find_gravity(options, *sensor);
+  if (!gravity) return gravity.error();
+  auto labels = choose_labels(options.source, options.model, *settings, *sensor);
+  if (!labels) return labels.error();
+
+  // What happens in the room.
+  PipelineSetup setup;
+  setup.profile = settings->profile;
+  setup.sensor = &*sensor;
+  setup.T_world_first = level_pose(gravity->direction_depth);
+  setup.model = labels->model ? &labels->model->model : nullptr;
+  setup.class_map = &labels->class_map;
+  setup.labels_from_source = labels->from_source;
+  setup.frames_expected = sensor->frames_count;
+  setup.collision = options.collision == "none"      ? Collision::none
+                    : options.collision == "uniform" ? Collision::uniform
+                                                     : Collision::semantic;
+  if (options.materials.empty()) {
+    setup.materials = contact::default_material_table();
+  } else {
+    auto table = contact::load_material_table(options.materials.string());
+    if (!table) return table.error();
+    setup.materials = *table;
+  }
+  if (options.script.empty()) {
+    setup.throws = interact::default_drop_script();
+  } else {
+    auto script = interact::load_drop_script(options.script.string());
+    if (!script) return script.error();
+    setup.throws = std::move(*script);
+  }
+  std::optional<hal::egl::OffscreenDisplay> display;
+  std::vector<Note> notes;
+  if (!options.out.empty()) {
+    const hal::Intrinsics& camera =
+        sensor->calibration.has_color ? sensor->calibration.color : sensor->calibration.depth;
+    auto created = hal::egl::OffscreenDisplay::create({camera.width, camera.height});
+    if (created) {
+      display.emplace(std::move(*created));
+      setup.display = &*display;
+    } else {
+      notes.push_back({Note::Kind::warning, "No pictures were drawn: " + created.error().message});
+    }
+  }
+
+  // Memory: planned, reserved, touched, handed out, sealed.
+  rt::MemoryPlan plan;
+  if (auto planned = Pipeline::plan(setup, plan); !planned) return planned.error();
+  auto arena = rt::Arena::reserve(plan.arena_bytes());
+  if (!arena) return arena.error();
+  plan.carve(*arena);
+  auto pipeline = std::make_unique<Pipeline>();
+  if (auto bound = pipeline->bind(setup, plan); !bound) return bound.error();
+  arena->seal();
+
+  // Outputs are opened before the session: a folder that cannot be written must not cost a session.
+  auto outputs = RunOutputs::create(options.out);
+  if (!outputs) return outputs.error();
+
+  // The session.
+  catch_signals();
+  PictureTaker pictures(sensor->frames_count);
+  PictureTaker* taker = display ? &pictures : nullptr;
+  rt::heap_guard::seal();
+  double wall_s = 0;
+  if (is_lockstep) {
+    wall_s = run_lockstep(*pipeline, sensor->frame_rate_hz, sensor->frames_count, taker);
+  } else {
+    auto ran =
+        run_realtime(*pipeline, sensor->frame_rate_hz, false, sensor->frames_count, setup.display, taker);
+    if (!ran) return ran.error();
+    wall_s = *ran;
+  }
+  rt::heap_guard::unseal();
+
+  // What came of it.
+  RunFacts facts{
+      &options,        &*settings,      &*labels, &plan,
+      &*arena,         gravity->origin, wall_s,   display ? pictures.take() : std::vector<Picture>{},
+      std::move(notes)};
+  return outputs->write(facts, *pipeline, *sensor);
+}
+
+}  // namespace tactus::firmware

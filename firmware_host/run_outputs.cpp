@@ -1,0 +1,302 @@
+#include "firmware_host/run_outputs.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "firmware_host/machine.hpp"
+#include "firmware_host/mesh_ply.hpp"
+#include "firmware_host/report.hpp"
+#include "firmware_host/run_session.hpp"
+#include "firmware_host/summary.hpp"
+#include "firmware_host/trace.hpp"
+#include "pipeline/label/label_cell.hpp"
+#include "pipeline/map/mesh.hpp"
+#include "pipeline/render/map_view.hpp"
+#include "rt/heap_guard.hpp"
+
+namespace tactus::firmware {
+namespace {
+
+LatencySummary summary_of(const rt::Histogram& histogram) {
+  LatencySummary s;
+  s.count = histogram.count();
+  if (s.count == 0) return s;
+  s.p50 = histogram.percentile(0.50).milliseconds();
+  s.p99 = histogram.percentile(0.99).milliseconds();
+  s.max = histogram.max().milliseconds();
+  return s;
+}
+
+void add_stages(RunResult& result, const Pipeline& pipeline) {
+  for (const StageBudget& budget : kBudgets) {
+    const rt::StageRecord& record = pipeline.record(budget.stage);
+    StageResult stage;
+    stage.name = budget.name;
+    stage.thread = budget.thread;
+    stage.latency_ms = summary_of(record.latency);
+    stage.budget_p99_ms = budget.p99.milliseconds();
+    stage.budget_max_ms = budget.max.milliseconds();
+    stage.skipped_count = record.statuses.was(rt::Status::skipped);
+    stage.late_count = record.statuses.was(rt::Status::late);
+    const auto series = pipeline.series_ms(budget.stage);
+    if (std::string_view(budget.thread) == "spine") stage.frame_ms.assign(series.begin(), series.end());
+    result.stages.push_back(std::move(stage));
+  }
+  const auto frames = pipeline.frame_series_ms();
+  result.frame_ms.assign(frames.begin(), frames.end());
+  result.frame_latency_ms = summarise_latency(frames);
+  result.frame_budget_ms = kFrameBudget.milliseconds();
+}
+
+void add_memory(RunResult& result, const RunFacts& facts, const Pipeline& pipeline) {
+  const map::Map& map = pipeline.spine().map();
+  for (const rt::MemoryRow& row : facts.plan->rows()) {
+    MemoryResult memory;
+    memory.name = row.name;
+    memory.owner = row.owner;
+    memory.planned_bytes = row.bytes();
+    std::string holders;
+    if (row.holders.size() > 1)
+      for (const rt::Holder& holder : row.holders)
+        holders +=
+            (holders.empty() ? "" : " + ") + std::string(holder.name) + " " + std::to_string(holder.count);
+    memory.why = row.why + (holders.empty() ? std::string() : " (" + holders + ")");
+    if (memory.name == "map")
+      memory.high_water_bytes = static_cast<std::uint64_t>(
+          static_cast<double>(row.bytes()) * map.counters().used_high_water / map.config().blocks_capacity);
+    if (memory.name == "network" && pipeline.segmenter() != nullptr)
+      memory.high_water_bytes = pipeline.segmenter()->network().use().pool_bytes;
+    result.memory.push_back(std::move(memory));
+  }
+  result.resident_bytes_peak = resident_bytes_peak();
+  result.memory_was_locked = facts.arena->is_locked();
+  result.heap_allocations_after_seal = rt::heap_guard::was_total_calls();
+}
+
+void add_map(RunResult& result, const map::Map& map) {
+  const map::MapConfig& config = map.config();
+  result.map.blocks_used = map.blocks_used();
+  result.map.blocks_capacity = config.blocks_capacity;
+  result.map.evicted = map.counters().evicted;
+  result.map.bytes_per_voxel = map::Map::bytes_per_voxel(config);
+  result.map.voxel_size_m = static_cast<double>(config.voxel_size_m);
+  result.map.truncation_m = static_cast<double>(config.truncation_m);
+  const map::Map::Hash hash = map.hash_content();
+  result.geometry_hash = hash.geometry;
+  result.label_hash = hash.labels;
+  result.map_hash = hash.geometry ^ (hash.labels * 1099511628211ull);
+}
+
+void add_labels(RunResult& result, const RunFacts& facts, const Pipeline& pipeline, const map::Mesh& mesh) {
+  result.labels.model = facts.labels->name;
+  result.labels.keyframes_segmented = pipeline.counts().keyframes_segmented;
+  result.labels.keyframes_replaced = pipeline.counts().keyframes_replaced;
+  auto ages = std::vector<float>(pipeline.label_ages_ms().begin(), pipeline.label_ages_ms().end());
+  result.labels.age_ms_p50 = summarise_latency(ages).p50;
+  std::array<std::uint64_t, kMaterialCount + 1> count{};
+  std::array<double, kMaterialCount + 1> probability{};
+  for (const map::MeshVertex& v : mesh.vertices) {
+    const std::size_t i = v.label < kMaterialCount ? v.label : std::size_t{kMaterialCount};
+    ++count[i];
+    probability[i] += static_cast<double>(v.confidence);
+  }
+  for (std::size_t i = 0; i < count.size(); ++i) {
+    if (count[i] == 0) continue;
+    const auto n = static_cast<double>(count[i]);
+    result.labels.surface.push_back({i < kMaterialCount ? static_cast<MaterialId>(i) : kUnknownMaterial,
+                                     n / static_cast<double>(mesh.vertices.size()), probability[i] / n});
+  }
+  std::sort(result.labels.surface.begin(), result.labels.surface.end(),
+            [](const LabelResult& a, const LabelResult& b) { return a.surface_share > b.surface_share; });
+}
+
+void add_events(RunResult& result, const Pipeline& pipeline) {
+  const auto contacts = pipeline.contacts();
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const contact::ContactEvent& c = contacts[i];
+    RunEvent event;
+    event.time = pipeline.contact_times()[i];
+    event.kind = "contact";
+    const auto name = [](MaterialId id) {
+      return id < kMaterialCount ? std::string(kMaterialNames[id]) : std::string("unknown");
+    };
+    event.text = name(c.body_material) + " on " + name(c.material);
+    event.material = c.material;
+    event.position_world_m = c.position_world_m;
+    event.values = {{"body", c.body.index},
+                    {"impulse_n_s", c.impulse_n_s},
+                    {"impact_speed_m_per_s", c.impact_speed_m_per_s}};
+    result.events.push_back(std::move(event));
+  }
+}
+
+// The model as tracking saw it last, in two pictures: shape, and colour of the map.
+void add_model_pictures(RunResult& result, const Pipeline& pipeline) {
+  const map::ModelView& model = pipeline.spine().model();
+  Picture shape;
+  shape.title = "The model from the last pose";
+  shape.caption = "Normals of the predicted view; black where no smooth surface is known.";
+  shape.width = model.camera.width;
+  shape.height = model.camera.height;
+  shape.rgb.resize(model.z_m.size() * 3);
+  for (std::size_t i = 0; i < model.z_m.size(); ++i) {
+    const float n[3] = {model.nx[i], model.ny[i], model.nz[i]};
+    for (std::size_t c = 0; c < 3; ++c)
+      shape.rgb[i * 3 + c] = n[2] < 0
+                                 ? static_cast<std::uint8_t>((c == 2 ? -n[c] : 0.5f + 0.5f * n[c]) * 255.0f)
+                                 : std::uint8_t{0};
+  }
+  result.pictures.push_back(std::move(shape));
+}
+
+rt::Result<void> write_mesh(const std::filesystem::path& file, const map::Mesh& mesh) {
+  auto writer = MeshPlyWriter::create(file);
+  if (!writer) return writer.error();
+  std::vector<Vec3f> positions, normals;
+  std::vector<Rgb8> colors;
+  std::vector<MaterialId> labels;
+  std::vector<float> confidences;
+  for (const map::MeshVertex& v : mesh.vertices) {
+    positions.push_back(v.position_world_m);
+    normals.push_back(v.normal_world);
+    colors.push_back(v.color);
+    labels.push_back(v.label);
+    confidences.push_back(v.confidence);
+  }
+  writer->append_vertices({positions, normals, colors, labels, confidences});
+  writer->append_triangles(mesh.triangles);
+  return writer->close();
+}
+
+std::vector<TraceRecord> trace_records(const Pipeline& pipeline) {
+  std::vector<TraceRecord> records;
+  for (std::uint32_t thread = 0; thread < Pipeline::kThreadNames.size(); ++thread)
+    pipeline.trace(thread).for_each([&](const rt::TraceRecord& r) {
+      TraceRecord record;
+      record.kind = r.kind == rt::TraceKind::counter   ? TraceRecord::Kind::counter
+                    : r.kind == rt::TraceKind::instant ? TraceRecord::Kind::instant
+                                                       : TraceRecord::Kind::span;
+      record.name = r.name;
+      record.thread = thread;
+      record.start_ns = r.start.ns;
+      record.duration_ns = r.duration.ns;
+      record.value = static_cast<double>(r.value);
+      records.push_back(record);
+    });
+  return records;
+}
+
+std::string headline(const RunResult& r, const std::filesystem::path& folder) {
+  std::array<char, 512> line{};
+  std::snprintf(
+      line.data(), line.size(),
+      "%llu frames: %llu tracked, %llu lost, %llu dropped; frame %.1f ms (p50) %.1f ms (p99); map %llu of "
+      "%llu "
+      "blocks; %llu keyframes labelled; %zu contacts; %llu heap calls after seal.\n",
+      static_cast<unsigned long long>(r.frames.in), static_cast<unsigned long long>(r.frames.tracked),
+      static_cast<unsigned long long>(r.frames.lost), static_cast<unsigned long long>(r.frames.dropped),
+      r.frame_latency_ms.p50, r.frame_latency_ms.p99, static_cast<unsigned long long>(r.map.blocks_used),
+      static_cast<unsigned long long>(r.map.blocks_capacity),
+      static_cast<unsigned long long>(r.labels.keyframes_segmented), r.events.size(),
+      static_cast<unsigned long long>(r.heap_allocations_after_seal));
+  std::string text = line.data();
+  if (r.accuracy) {
+    std::snprintf(line.data(), line.size(),
+                  "ATE RMSE against the known path: %.2f mm aligned at the first pose, %.2f mm rigid.\n",
+                  r.accuracy->ate_first_pose_m.rmse * 1e3, r.accuracy->ate_rigid_m.rmse * 1e3);
+    text += line.data();
+  }
+  for (const Note& note : r.notes) text += note.text + "\n";
+  if (!folder.empty()) text += "Report: " + (folder / "report.html").string() + "\n";
+  return text;
+}
+
+}  // namespace
+
+rt::Result<RunOutputs> RunOutputs::create(const std::filesystem::path& folder) {
+  RunOutputs outputs;
+  outputs.folder_ = folder;
+  if (folder.empty()) return outputs;
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error)
+    return rt::Error{rt::ExitCode::bad_usage,
+                     "--out " + folder.string() + " cannot be made: " + error.message() + "."};
+  if (auto written = write_trajectory(folder / "trajectory.txt", {}); !written) return written.error();
+  return outputs;
+}
+
+rt::Result<std::string> RunOutputs::write(const RunFacts& facts, const Pipeline& pipeline,
+                                          const hal::Sensor& sensor) {
+  const map::Map& map = pipeline.spine().map();
+  const PipelineCounts& counts = pipeline.counts();
+  RunResult result;
+  result.source = facts.options->source;
+  result.description = sensor.description;
+  result.runner = facts.options->runner;
+  result.profile = facts.settings->profile_name;
+  result.app = facts.options->app;
+  result.collision = facts.options->collision;
+  result.command = facts.options->command;
+  result.date = date_and_time_utc();
+  result.revision = revision();
+  result.machine = describe_machine();
+  result.threads_count = facts.settings->profile.threads_count;
+  result.width = sensor.calibration.depth.width;
+  result.height = sensor.calibration.depth.height;
+  result.frame_rate_hz = sensor.frame_rate_hz;
+  result.wall_s = facts.wall_s;
+  result.gravity_origin = facts.gravity_origin;
+  for (const std::string& note : sensor.notes) result.notes.push_back({Note::Kind::note, note});
+  result.was_interrupted = interrupted.load();
+  result.frames = {counts.frames_in, counts.frames_tracked, counts.frames_dropped, counts.frames_lost,
+                   sensor.depth->counters().frames_rejected};
+  result.keyframes = counts.keyframes;
+  result.relocalisations = counts.relocalisations;
+  add_stages(result, pipeline);
+  add_memory(result, facts, pipeline);
+  add_map(result, map);
+  for (const TrackedPose& pose : pipeline.trajectory())
+    result.trajectory.push_back({pose.time, pose.T_world_depth});
+  for (const hal::TruthPose& pose : sensor.truth) result.truth.push_back({pose.time, pose.T_world_depth});
+  if (!result.truth.empty()) {
+    auto accuracy = evaluate::evaluate_trajectory(result.trajectory, result.truth);
+    if (accuracy) result.accuracy = *accuracy;
+  }
+  add_events(result, pipeline);
+  result.pictures = facts.pictures;
+  result.notes = facts.notes;
+  if (!facts.labels->remark.empty()) result.notes.push_back({Note::Kind::note, facts.labels->remark});
+  if (!facts.arena->is_locked()) result.notes.push_back({Note::Kind::warning, facts.arena->lock_refusal()});
+  for (const hal::CameraCounters* camera :
+       {&sensor.depth->counters(), sensor.color ? &sensor.color->counters() : nullptr})
+    if (camera != nullptr && !camera->first_rejection.empty())
+      result.notes.push_back({Note::Kind::warning, camera->first_rejection});
+
+  const map::Mesh mesh = map::extract_mesh(map);
+  result.map.mesh_vertices = mesh.vertices.size();
+  result.map.mesh_triangles = mesh.triangles.size();
+  add_labels(result, facts, pipeline, mesh);
+  if (!folder_.empty()) {
+    add_model_pictures(result, pipeline);
+    std::vector<std::string> threads(Pipeline::kThreadNames.begin(), Pipeline::kThreadNames.end());
+    // Everything is tried; the first failure is told.
+    rt::Result<void> written;
+    const auto keep = [&](rt::Result<void> one) {
+      if (written && !one) written = one.error();
+    };
+    keep(write_trajectory(folder_ / "trajectory.txt", result.trajectory));
+    keep(write_summary(folder_ / "summary.json", result));
+    keep(write_events(folder_ / "events.jsonl", result.events));
+    keep(write_trace(folder_ / "trace.json", trace_records(pipeline), threads));
+    keep(write_mesh(folder_ / "mesh.ply", mesh));
+    keep(write_report(folder_ / "report.html", result));
+    if (!written) return written.error();
+  }
+  return facts.options->is_json ? to_text(summary_json(result)) : headline(result, folder_);
+}
+
+}  // namespace tactus::firmware

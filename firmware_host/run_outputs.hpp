@@ -1,0 +1,42 @@
+// From a finished session to the output files of the contract (DESIGN 7).
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "firmware_host/options.hpp"
+#include "firmware_host/run_labels.hpp"
+#include "firmware_host/run_result.hpp"
+#include "firmware_host/run_settings.hpp"
+#include "pipeline/pipeline.hpp"
+#include "rt/arena.hpp"
+
+namespace tactus::firmware {
+
+/// What the outputs tell besides the pipeline's own counts.
+struct RunFacts {
+  const RunOptions* options;
+  const RunSettings* settings;
+  const LabelChoice* labels;
+  rt::MemoryPlan* plan;
+  const rt::Arena* arena;
+  std::string gravity_origin;
+  double wall_s;
+  std::vector<Picture> pictures;
+  std::vector<Note> notes;
+};
+
+class RunOutputs {
+ public:
+  /// Makes the folder and tries to write in it. `folder` empty: nothing will be written. Boot.
+  static rt::Result<RunOutputs> create(const std::filesystem::path& folder);
+
+  /// Writes every file and returns the text for standard output. Exit.
+  rt::Result<std::string> write(const RunFacts& facts, const Pipeline& pipeline, const hal::Sensor& sensor);
+
+ private:
+  std::filesystem::path folder_;
+};
+
+}  // namespace tactus::firmware

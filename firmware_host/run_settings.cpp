@@ -1,0 +1,157 @@
+#include "firmware_host/run_settings.hpp"
+
+#include <toml++/toml.h>
+
+#include <array>
+#include <charconv>
+
+namespace tactus::firmware {
+namespace {
+
+rt::Error wrong(const std::string& where, const std::string& what) {
+  return {rt::ExitCode::bad_usage, where + ": " + what};
+}
+
+// One key: how a text becomes a value of the settings.
+struct Key {
+  const char* name;
+  double min, max;
+  void (*set)(RunSettings&, double);
+};
+
+constexpr std::array kKeys = {
+    Key{"map.blocks_capacity", 256, 65535,
+        [](RunSettings& s, double v) {
+          s.profile.spine.map.blocks_capacity = static_cast<std::uint32_t>(v);
+        }},
+    Key{"map.voxel_size_m", 0.004, 0.05,
+        [](RunSettings& s, double v) { s.profile.spine.map.voxel_size_m = static_cast<float>(v); }},
+    Key{"map.truncation_m", 0.012, 0.2,
+        [](RunSettings& s, double v) { s.profile.spine.map.truncation_m = static_cast<float>(v); }},
+    Key{"map.free_blocks_min", 0, 8192,
+        [](RunSettings& s, double v) { s.profile.spine.evict_free_min = static_cast<std::uint32_t>(v); }},
+    Key{"depth.max_m", 0.5, 8.19,
+        [](RunSettings& s, double v) { s.profile.spine.depth_m_max = static_cast<float>(v); }},
+    Key{"relocalize.keyframes", 2, 1024,
+        [](RunSettings& s, double v) {
+          s.profile.spine.relocalizer.keyframes_capacity = static_cast<std::uint32_t>(v);
+        }},
+    Key{"keyframe.every_frames", 1, 1000,
+        [](RunSettings& s, double v) { s.profile.keyframe_every_frames = static_cast<std::uint32_t>(v); }},
+    Key{"threads", 1, 4, [](RunSettings& s, double v) { s.profile.threads_count = static_cast<int>(v); }},
+    Key{"bodies", 1, 256,
+        [](RunSettings& s, double v) { s.profile.bodies_capacity = static_cast<std::size_t>(v); }},
+    Key{"memory.max_mib", 8, 65536,
+        [](RunSettings& s, double v) { s.profile.memory_bytes_max = static_cast<std::size_t>(v) << 20; }},
+    Key{"trace.records", 64, 1 << 20,
+        [](RunSettings& s, double v) { s.profile.trace_records_count = static_cast<std::size_t>(v); }},
+};
+
+std::string known_keys() {
+  std::string names;
+  for (const Key& key : kKeys) names += std::string(names.empty() ? "" : ", ") + key.name;
+  return names + ", labels.source, labels.class_map";
+}
+
+rt::Result<void> apply(RunSettings& settings, const std::string& key, const std::string& text,
+                       const std::string& where) {
+  if (key == "labels.class_map") {
+    settings.class_map = text;
+    return {};
+  }
+  if (key == "labels.source") {
+    constexpr std::array<std::pair<std::string_view, LabelSource>, 4> kSources = {
+        {{"auto", LabelSource::automatic},
+         {"network", LabelSource::network},
+         {"truth", LabelSource::truth},
+         {"off", LabelSource::off}}};
+    for (const auto& [name, source] : kSources)
+      if (text == name) {
+        settings.label_source = source;
+        return {};
+      }
+    return wrong(where, "labels.source is auto, network, truth or off, not '" + text + "'.");
+  }
+  for (const Key& known : kKeys) {
+    if (key != known.name) continue;
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc{} || end != text.data() + text.size() ||
+        !(value >= known.min && value <= known.max)) {
+      std::array<char, 96> range{};
+      std::snprintf(range.data(), range.size(), " takes a number from %g to %g, not '", known.min, known.max);
+      return wrong(where, key + range.data() + text + "'.");
+    }
+    known.set(settings, value);
+    return {};
+  }
+  return wrong(where, "there is no key '" + key + "'; known are " + known_keys() + ".");
+}
+
+rt::Result<void> apply_file(RunSettings& settings, const std::string& file) {
+  toml::table table;
+  try {
+    table = toml::parse_file(file);
+  } catch (const toml::parse_error& error) {
+    return wrong(file + ":" + std::to_string(error.source().begin.line),
+                 std::string(error.description()) + ".");
+  }
+  for (const auto& [group, node] : table) {
+    const auto one = [&](const std::string& key, const toml::node& value) -> rt::Result<void> {
+      const std::string where = file + ":" + std::to_string(value.source().begin.line);
+      if (const auto number = value.value<double>()) {
+        std::array<char, 40> text{};
+        std::snprintf(text.data(), text.size(), "%.17g", *number);
+        return apply(settings, key, text.data(), where);
+      }
+      if (const auto text = value.value<std::string>()) return apply(settings, key, *text, where);
+      return wrong(where, key + " is neither a number nor a text.");
+    };
+    if (group.str() == "base") {
+      const std::string base = node.value_or<std::string>("");
+      if (base != "x86" && base != "headset")
+        return wrong(file + ":" + std::to_string(node.source().begin.line),
+                     "base is \"x86\" or \"headset\".");
+      const Profile profile = base == "headset" ? headset_profile() : x86_profile();
+      settings.profile = profile;
+    } else if (const toml::table* group_table = node.as_table()) {
+      for (const auto& [key, value] : *group_table)
+        if (auto set = one(std::string(group.str()) + "." + std::string(key.str()), value); !set)
+          return set.error();
+    } else if (auto set = one(std::string(group.str()), node); !set) {
+      return set.error();
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+const char* settings_help() {
+  return "Keys of --set and of a profile file (TOML; base = \"x86\" | \"headset\" first):\n"
+         "  map.blocks_capacity map.voxel_size_m map.truncation_m map.free_blocks_min depth.max_m\n"
+         "  relocalize.keyframes keyframe.every_frames threads bodies memory.max_mib trace.records\n"
+         "  labels.source = auto | network | truth | off      labels.class_map = FILE.toml\n";
+}
+
+rt::Result<RunSettings> read_settings(const std::string& profile, std::span<const std::string> settings) {
+  RunSettings result;
+  result.profile_name = profile;
+  if (profile == "headset") {
+    result.profile = headset_profile();
+  } else if (profile != "x86") {
+    if (auto read = apply_file(result, profile); !read) return read.error();
+  }
+  for (const std::string& setting : settings) {
+    const auto equals = setting.find('=');
+    if (equals == std::string::npos) return wrong("--set " + setting, "it reads key=value.");
+    if (auto set = apply(result, setting.substr(0, equals), setting.substr(equals + 1), "--set"); !set)
+      return set.error();
+  }
+  const map::MapConfig& map = result.profile.spine.map;
+  if (!(map.truncation_m >= 3 * map.voxel_size_m))
+    return wrong("map.truncation_m", "it must be at least three voxels, or surfaces have holes.");
+  return result;
+}
+
+}  // namespace tactus::firmware

@@ -1,0 +1,84 @@
+#include "pipeline/memory_plan.hpp"
+
+#include "pipeline/messages.hpp"
+#include "pipeline/render/renderer.hpp"
+#include "rt/trace.hpp"
+
+namespace tactus {
+namespace {
+
+rt::MemoryRow row(const char* name, std::initializer_list<rt::Holder> holders, std::size_t bytes_each,
+                  const char* owner, const char* why) {
+  rt::MemoryRow r;
+  r.name = name;
+  for (const rt::Holder& holder : holders) r.holders.push_back(holder);
+  r.bytes_each = bytes_each;
+  r.owner = owner;
+  r.why = why;
+  return r;
+}
+
+std::size_t pixels_count(const hal::Intrinsics& camera) {
+  return static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
+}
+
+}  // namespace
+
+void plan_memory(const Profile& profile, const hal::RigCalibration& rig, const PlanOptions& options,
+                 rt::MemoryPlan& plan) {
+  const std::size_t n = pixels_count(rig.depth), half = n / 4;
+  const std::size_t rgb = rig.has_color ? pixels_count(rig.color) * 3 : 0;
+  const std::size_t labels = options.labels_from_source ? n : 0;
+  const bool has_labels = options.scores_width > 0;
+  const std::size_t map = map::Map::bytes_needed(profile.spine.map);
+  plan.add(row("map", {{"blocks", 1}}, map, "map",
+               "blocks x (voxels 1536 + colours 256 + labels 512 + header 32) + hash 16 a block"));
+  plan.add(row(
+      "spine", {{"images", 1}}, Spine::bytes_needed(rig, profile.spine), "spine",
+      "depth 2 B a pixel, tangent planes 4 B, half-resolution depth, colour and model view, keyframe store"));
+  plan.add(row(
+      "frames",
+      {{"capture", 1},
+       {"waiting for spine", kFramesWaiting},
+       {"spine", 1},
+       {"waiting for present", 1},
+       {"present", 1}},
+      rt::bytes_of<std::uint16_t>(n) + rt::bytes_of<std::uint8_t>(rgb) + rt::bytes_of<std::uint8_t>(labels),
+      "capture", "raw depth, colour and, when taken from the source, labels"));
+  plan.add(row("frame pool", {{"slots", 1}}, rt::FramePool<SensorFrame>::bytes_needed(kFramesCount),
+               "capture", "states and views of the frames"));
+  if (has_labels) {
+    const std::size_t scores =
+        segment::MaterialScores::bytes_needed(options.scores_width, options.scores_height);
+    plan.add(row(
+        "keyframes", {{"segment", 1}, {"waiting", 1}, {"answered", 1}, {"being filled", 1}},
+        rt::bytes_of<float>(half) +
+            (options.labels_from_source ? rt::bytes_of<std::uint8_t>(n) : rt::bytes_of<std::uint8_t>(rgb)) +
+            scores,
+        "segment", "half-resolution depth, colour or labels, 23 probabilities per score pixel"));
+  }
+  if (options.network_bytes > 0)
+    plan.add(row("network", {{"weights and activations", 1}}, options.network_bytes, "segment",
+                 "XNNPACK's pool; not counted in the profile's limit"));
+  contact::WorldConfig world;
+  world.bodies_capacity = profile.bodies_capacity;
+  plan.add(row("contact", {{"bodies and ODE", 1}}, contact::World::bytes_needed(world), "contact",
+               "ODE's heap and step memory, fenced in"));
+  if (options.has_render) {
+    render::RenderConfig config;
+    config.camera = rig.has_color ? rig.color : rig.depth;
+    plan.add(row("render", {{"instances and rows", 1}}, render::Renderer::bytes_needed(config), "render",
+                 "the driver's own memory cannot be fenced in: see mesa"));
+    const std::size_t pixels = pixels_count(config.camera);
+    plan.add(row("picture", {{"depth, labels and colours", 1}},
+                 rt::bytes_of<float>(pixels) + rt::bytes_of<MaterialId>(pixels) +
+                     rt::bytes_of<std::uint8_t>(3 * pixels),
+                 "render",
+                 "the drawn camera's view of the real: metres, material ids; and the picture read back"));
+  }
+  plan.add(row("trace", {{"spine", 1}, {"present", 1}, {"segment", 1}, {"capture", 1}},
+               rt::TraceRing::bytes_needed(profile.trace_records_count), "runner",
+               "newest records of each thread"));
+}
+
+}  // namespace tactus

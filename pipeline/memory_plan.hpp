@@ -1,0 +1,26 @@
+// THE memory table: every byte the pipeline uses after boot, with the sum behind each count.
+#pragma once
+
+#include "hal/calibration.hpp"
+#include "pipeline/profile.hpp"
+#include "rt/memory_plan.hpp"
+
+namespace tactus {
+
+/// What of the pipeline is there this time.
+struct PlanOptions {
+  bool has_render = false;
+  bool labels_from_source = false;
+  std::size_t network_bytes = 0;            // 0: no network
+  int scores_width = 0, scores_height = 0;  // 0: no labels
+};
+
+/// Frames in flight: capture fills 1, 2 wait for the spine, spine 1, 1 waits for present, present 1.
+inline constexpr std::size_t kFramesWaiting = 2;
+inline constexpr std::size_t kFramesCount = 1 + kFramesWaiting + 1 + 1 + 1;
+
+/// Boot. Adds the rows, in carving order, to an empty plan.
+void plan_memory(const Profile& profile, const hal::RigCalibration& rig, const PlanOptions& options,
+                 rt::MemoryPlan& plan);
+
+}  // namespace tactus

@@ -1,0 +1,51 @@
+// Every type that travels on an edge.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "hal/camera.hpp"
+#include "pipeline/segment/material_scores.hpp"
+#include "rt/frame_pool.hpp"
+#include "rt/status.hpp"
+
+namespace tactus {
+
+/// capture -> spine -> present, by FrameId. One sensor moment: depth, colour when there is any, exact labels
+/// when the source knows them and they are asked for. Images are the sensor's own, in its units.
+struct SensorFrame {
+  hal::FrameHeader header;
+  std::span<std::uint16_t> raw_depth;
+  std::span<std::uint8_t> rgb;
+  std::span<std::uint8_t> labels;  // material ids; empty unless labels are taken from the source
+  bool has_rgb = false;
+  bool has_labels = false;
+};
+
+/// What the spine made of a frame; lies beside the frame's slot and is written before its id goes on.
+struct FrameVerdict {
+  rt::Status status = rt::Status::lost;
+  std::uint32_t frame_index = 0;
+  T_WorldDepth T_world_depth;
+};
+
+/// spine -> segment -> spine, by slot number. Holds what fusing needs from the moment the keyframe was taken.
+struct Keyframe {
+  std::uint32_t frame_index = 0;
+  rt::SensorTime time;
+  T_WorldDepth T_world_depth;  // of that moment: labels are fused with it, however late they come
+  std::span<float> half_depth_m;
+  std::span<std::uint8_t> rgb;  // empty when labels are taken from the source
+  std::span<std::uint8_t> labels;
+  segment::MaterialScores scores;  // segment's answer
+  bool is_segmented = false;
+};
+
+using FrameRef = rt::FramePool<SensorFrame>::Ref;
+using FrameLease = rt::FramePool<SensorFrame>::Lease;
+using KeyframeSlot = std::uint32_t;
+
+inline constexpr std::size_t kKeyframeSlots = 4;  // segment 1 + waiting 1 + answered 1 + being filled 1
+
+}  // namespace tactus

@@ -1,0 +1,434 @@
+#include "pipeline/pipeline.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "pipeline/map/fuse_labels.hpp"
+#include "pipeline/picture_view.hpp"
+#include "pipeline/register/depth_images.hpp"
+
+namespace tactus {
+namespace {
+
+constexpr rt::Duration kReadTimeout{1'000'000'000};
+constexpr std::int64_t kPairingSkewNs = 20'000'000;  // depth and colour of one moment, as TUM pairs them
+constexpr std::size_t kSeriesDefault = 4096, kSeriesMax = 100'000;
+constexpr std::size_t kBlocksPerFuse = 8192;  // a keyframe sees some 4000
+
+std::size_t pixels_count(const hal::Intrinsics& camera) {
+  return static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
+}
+
+hal::Intrinsics without_distortion(hal::Intrinsics camera) {
+  camera.k1 = camera.k2 = camera.p1 = camera.p2 = camera.k3 = 0;
+  return camera;
+}
+
+contact::DistanceField field_for(Collision collision, const map::Reader& reader) {
+  contact::DistanceField field = contact::field_of(reader);
+  if (collision == Collision::none)
+    field.sample_fn = [](const void*, const Vec3f&, map::DistanceSample&) noexcept { return false; };
+  if (collision != Collision::semantic)
+    field.materials_fn = [](const void*, const Vec3f&, MaterialDistribution&) noexcept { return false; };
+  return field;
+}
+
+// Labels of the source as a network would give them: nearest pixel of a coarse grid, with the certainty of a
+// good network.
+void scores_of_labels(std::span<const MaterialId> labels, const hal::Intrinsics& camera,
+                      segment::MaterialScores& scores) {
+  constexpr std::uint8_t kSure = 230;  // 0.9
+  const double step_u = static_cast<double>(camera.width) / scores.width;
+  const double step_v = static_cast<double>(camera.height) / scores.height;
+  scores.columns = {static_cast<float>(1 / step_u), static_cast<float>(0.5 / step_u - 0.5)};
+  scores.rows = {static_cast<float>(1 / step_v), static_cast<float>(0.5 / step_v - 0.5)};
+  std::size_t at = 0;
+  for (int y = 0; y < scores.height; ++y)
+    for (int x = 0; x < scores.width; ++x, at += kMaterialCount) {
+      const auto u = static_cast<std::size_t>((x + 0.5) * step_u),
+                 v = static_cast<std::size_t>((y + 0.5) * step_v);
+      const MaterialId id = labels[v * static_cast<std::size_t>(camera.width) + u];
+      const bool known = id < kMaterialCount;
+      // What is left over goes to the others evenly; nothing known is evenly everything.
+      const auto other =
+          static_cast<std::uint8_t>(known ? (255 - kSure) / (kMaterialCount - 1) : 255 / kMaterialCount);
+      std::fill_n(scores.probability.begin() + static_cast<std::ptrdiff_t>(at), kMaterialCount, other);
+      if (known) scores.probability[at + id] = kSure;
+    }
+}
+
+}  // namespace
+
+rt::Result<void> Pipeline::plan(const PipelineSetup& setup, rt::MemoryPlan& plan) {
+  PlanOptions options;
+  options.has_render = setup.display != nullptr;
+  options.labels_from_source = setup.labels_from_source;
+  if (setup.labels_from_source) {
+    options.scores_width = kSourceScoresWidth;
+    options.scores_height = kSourceScoresHeight;
+  } else if (setup.model != nullptr) {
+    const hal::Intrinsics& color = setup.sensor->calibration.color;
+    const auto bytes =
+        segment::Segmenter::bytes_needed({setup.model, setup.class_map, color.width, color.height});
+    if (!bytes) return bytes.error();
+    options.network_bytes = *bytes;
+    // Known only once the network is built; no score image is larger than a quarter of the input each way and
+    // more.
+    options.scores_width = kSourceScoresWidth;
+    options.scores_height = kSourceScoresHeight;
+  }
+  plan_memory(setup.profile, setup.sensor->calibration, options, plan);
+  const std::size_t counted = plan.total_bytes() - options.network_bytes;
+  if (counted > setup.profile.memory_bytes_max)
+    return rt::Error{rt::ExitCode::budget_exceeded,
+                     "The plan needs " + std::to_string(counted >> 20) + " MiB and profile " +
+                         std::string(setup.profile.name) + " allows " +
+                         std::to_string(setup.profile.memory_bytes_max >> 20) +
+                         " MiB; lower map.blocks_capacity or raise memory.max_mib."};
+  return {};
+}
+
+rt::Result<void> Pipeline::bind(const PipelineSetup& setup, rt::MemoryPlan& plan) {
+  setup_ = setup;
+  const hal::RigCalibration& rig = setup.sensor->calibration;
+
+  // (1) Stages.
+  if (setup.profile.threads_count > 1) {
+    rt::ThreadSpec worker{.name = "spine-worker"};
+    if (auto started = workers_.start(setup.profile.threads_count, worker); !started) return started.error();
+  }
+  spine_.bind(plan.take("map"), plan.take("spine"), rig, setup.profile.spine, setup.T_world_first, workers_);
+  const bool has_labels = setup.labels_from_source || setup.model != nullptr;
+  if (setup.model != nullptr && !setup.labels_from_source) {
+    auto bound = segment::Segmenter::bind({setup.model, setup.class_map, rig.color.width, rig.color.height},
+                                          plan.take("network"));
+    if (!bound) return bound.error();
+    segmenter_ = std::move(*bound);
+    if (segmenter_->scores_width() > kSourceScoresWidth || segmenter_->scores_height() > kSourceScoresHeight)
+      return rt::Error{rt::ExitCode::bad_usage,
+                       "The network's scores are larger than 160x120: cut it before its resize."};
+  }
+  contact::WorldConfig world;
+  world.bodies_capacity = setup.profile.bodies_capacity;
+  field_ = field_for(setup.collision, reader_);
+  if (auto bound = world_.bind(plan.take("contact"), world, field_, setup.materials); !bound)
+    return bound.error();
+  script_ = interact::DropScript(setup.throws);
+
+  // (2) Frames and edges.
+  rt::Slice pool = plan.take("frame pool");
+  frames_.bind(pool, kFramesCount);
+  rt::Slice images = plan.take("frames");
+  for (std::size_t i = 0; i < kFramesCount; ++i) {
+    SensorFrame& frame = frames_.frame_at_boot(i);
+    frame.raw_depth = images.take<std::uint16_t>(pixels_count(rig.depth));
+    if (rig.has_color) frame.rgb = images.take<std::uint8_t>(pixels_count(rig.color) * 3);
+    if (setup.labels_from_source) frame.labels = images.take<std::uint8_t>(pixels_count(rig.depth));
+  }
+  if (has_labels) {
+    rt::Slice memory = plan.take("keyframes");
+    const int width = segmenter_ ? segmenter_->scores_width() : kSourceScoresWidth;
+    const int height = segmenter_ ? segmenter_->scores_height() : kSourceScoresHeight;
+    for (std::size_t i = 0; i < kKeyframeSlots; ++i) {
+      keyframes_[i].half_depth_m = memory.take<float>(pixels_count(rig.depth) / 4);
+      if (segmenter_) {
+        keyframes_[i].rgb = memory.take<std::uint8_t>(pixels_count(rig.color) * 3);
+      } else {
+        keyframes_[i].labels = memory.take<std::uint8_t>(pixels_count(rig.depth));
+      }
+      keyframes_[i].scores = segment::MaterialScores::take(memory, width, height);
+      keyframe_is_free_[i] = true;
+    }
+  }
+  to_spine_in_.emplace(to_spine_.producer());
+  to_spine_out_.emplace(to_spine_.consumer());
+  to_present_in_.emplace(to_present_.producer());
+  to_present_out_.emplace(to_present_.consumer());
+  to_segment_in_.emplace(to_segment_.producer());
+  to_segment_out_.emplace(to_segment_.consumer());
+  to_fuse_in_.emplace(to_fuse_.producer());
+  to_fuse_out_.emplace(to_fuse_.consumer());
+  pose_in_.emplace(pose_.producer());
+
+  // (3) Picture.
+  picture_camera_ = without_distortion(rig.has_color ? rig.color : rig.depth);
+  if (setup.display != nullptr) {
+    rt::Slice memory = plan.take("picture");
+    picture_depth_m_ = memory.take<float>(pixels_count(picture_camera_));
+    picture_labels_ = memory.take<MaterialId>(pixels_count(picture_camera_));
+    picture_rgb_ = memory.take<std::uint8_t>(pixels_count(picture_camera_) * 3);
+    drawn_bodies_.reserve(setup.profile.bodies_capacity);
+    render::RenderConfig config;
+    config.camera = picture_camera_;
+    renderer_.emplace();
+    if (auto bound = renderer_->bind(config, plan.take("render")); !bound) return bound.error();
+  }
+
+  // (4) Records.
+  rt::Slice trace = plan.take("trace");
+  for (auto& ring : traces_) ring.bind(trace, setup.profile.trace_records_count);
+  const std::size_t series =
+      setup.frames_expected == 0
+          ? kSeriesDefault
+          : std::min<std::size_t>(kSeriesMax, static_cast<std::size_t>(setup.frames_expected) + 1);
+  for (auto& one : series_ms_) one.reserve(series);
+  frame_series_ms_.reserve(series);
+  trajectory_.reserve(series);
+  label_ages_ms_.reserve(series);
+
+  // (5) Every path once, before the clock counts: first inference, first picture.
+  if (segmenter_)
+    if (segmenter_->warm_up(keyframes_[0].scores) != rt::Status::ok)
+      return rt::Error{rt::ExitCode::failed, "The network did not run on a grey image."};
+  if (renderer_) {
+    if (setup.display->begin() != rt::Status::ok)
+      return rt::Error{rt::ExitCode::device_unavailable, "The display cannot be drawn on."};
+    if (auto warm = renderer_->warm_up(); !warm) return warm.error();
+    setup.display->release();
+  }
+  return {};
+}
+
+template <typename Step>
+rt::Status Pipeline::timed(Stage stage, std::size_t trace, rt::Clock clock, rt::HostTime deadline,
+                           Step&& step) noexcept {
+  const auto index = static_cast<std::size_t>(stage);
+  const rt::HostTime begin = clock.now();
+  const rt::Status status = rt::run_stage(records_[index], clock, deadline, &traces_[trace],
+                                          [&](const rt::StageContext&) noexcept { return step(); });
+  auto& series = series_ms_[index];
+  if (series.size() < series.capacity())
+    series.push_back(status == rt::Status::late || status == rt::Status::skipped
+                         ? std::numeric_limits<float>::quiet_NaN()
+                         : static_cast<float>((clock.now() - begin).milliseconds()));
+  return status;
+}
+
+rt::Status Pipeline::capture_round(rt::Clock clock) noexcept {
+  auto lease = frames_.try_lease();
+  TACTUS_ASSERT(lease.has_value());  // kFramesCount is the sum of all holders
+  SensorFrame& frame = **lease;
+  hal::Sensor& sensor = *setup_.sensor;
+  const rt::HostTime begin = clock.now();
+  const rt::Status read = sensor.depth->read(frame.raw_depth, frame.header, kReadTimeout);
+  if (read != rt::Status::ok) return read;
+  frame.has_rgb = false;
+  if (sensor.color != nullptr) {
+    // Both cameras deliver in the order of time. An image that is too early for this depth has no partner;
+    // one that is too late waits in its buffer for the next.
+    hal::FrameHeader header;
+    while (sensor.color->read(frame.rgb, header, kReadTimeout) == rt::Status::ok) {
+      const std::int64_t skew_ns = header.time.ns - frame.header.time.ns;
+      if (skew_ns < -kPairingSkewNs) {
+        ++counts_.colors_unpaired;
+        continue;
+      }
+      frame.has_rgb = skew_ns <= kPairingSkewNs;
+      if (!frame.has_rgb) ++counts_.colors_unpaired;
+      break;
+    }
+  }
+  frame.has_labels = false;
+  if (setup_.labels_from_source && frame.header.sequence % setup_.profile.keyframe_every_frames == 0)
+    frame.has_labels = sensor.labels->read(frame.header.sequence, frame.labels) == rt::Status::ok;
+  ++counts_.frames_in;
+  rt::StageRecord& record = records_[static_cast<std::size_t>(Stage::capture)];
+  const rt::HostTime end = clock.now();
+  record.latency.record(end - begin);
+  record.statuses.count(rt::Status::ok);
+  traces_[kCaptureTrace].span(record.name, begin, end - begin,
+                              static_cast<std::int64_t>(frame.header.sequence));
+  FrameRef ref = std::move(*lease).share();
+  if (const auto oldest = to_spine_in_->push(std::move(ref).into_id())) {
+    frames_.drop(*oldest);
+    ++counts_.frames_dropped;
+  }
+  return rt::Status::ok;
+}
+
+rt::Status Pipeline::spine_round(rt::Clock clock, rt::HostTime deadline) noexcept {
+  const auto id = to_spine_out_->try_pop();
+  if (!id) return rt::Status::skipped;
+  FrameRef frame = frames_.adopt(*id);
+  const rt::HostTime begin = clock.now();
+  const auto stage = [&](Stage which, auto&& step) {
+    return timed(which, kSpineTrace, clock, deadline, step);
+  };
+
+  const auto rgb =
+      frame->has_rgb ? std::span<const std::uint8_t>(frame->rgb) : std::span<const std::uint8_t>{};
+  (void)stage(Stage::register_frame, [&]() noexcept { return spine_.register_frame(frame->raw_depth, rgb); });
+  const rt::Status tracked = stage(Stage::track, [&]() noexcept { return spine_.track(); });
+  (void)stage(Stage::integrate, [&]() noexcept { return spine_.integrate(); });
+  (void)stage(Stage::predict, [&]() noexcept { return spine_.predict(); });
+  (void)stage(Stage::fuse, [&]() noexcept {
+    if (to_fuse_.was().pushed == 0) return rt::Status::skipped;
+    fuse_answered();
+    return rt::Status::ok;
+  });
+
+  const SpineResult& result = spine_.result();
+  FrameVerdict& verdict = verdicts_[frame.id().slot()];
+  verdict = {tracked, spine_.frame_index(), result.T_world_depth};
+  pose_in_->push({frame->header.time.ns, verdict.frame_index, tracked == rt::Status::ok ? 1u : 0u,
+                   result.T_world_depth});
+  if (tracked == rt::Status::ok) {
+    ++counts_.frames_tracked;
+    if (trajectory_.size() < trajectory_.capacity())
+      trajectory_.push_back({frame->header.time, result.T_world_depth});
+    if (result.relocalized) ++counts_.relocalisations;
+    fill_keyframe(*frame);
+  } else {
+    ++counts_.frames_lost;
+  }
+  if (const auto oldest = to_present_in_->push(std::move(frame).into_id())) frames_.drop(*oldest);
+  if (frame_series_ms_.size() < frame_series_ms_.capacity())
+    frame_series_ms_.push_back(static_cast<float>((clock.now() - begin).milliseconds()));
+  return tracked;
+}
+
+void Pipeline::fill_keyframe(const SensorFrame& frame) noexcept {
+  const bool has_input =
+      setup_.labels_from_source ? frame.has_labels : segmenter_.has_value() && frame.has_rgb;
+  const std::uint32_t index = spine_.frame_index();
+  const bool due = !has_keyframe_ || index - last_keyframe_index_ >= setup_.profile.keyframe_every_frames;
+  if (!has_input || !(due || setup_.labels_from_source)) return;
+  const auto free = std::find(keyframe_is_free_.begin(), keyframe_is_free_.end(), true);
+  if (free == keyframe_is_free_.end()) return;  // every slot is under way: the next frame tries again
+  const auto slot = static_cast<KeyframeSlot>(free - keyframe_is_free_.begin());
+  Keyframe& keyframe = keyframes_[slot];
+  keyframe.frame_index = index;
+  keyframe.time = frame.header.time;
+  keyframe.T_world_depth = spine_.result().T_world_depth;
+  std::copy(spine_.half_depth_m().begin(), spine_.half_depth_m().end(), keyframe.half_depth_m.begin());
+  if (setup_.labels_from_source) {
+    std::copy(frame.labels.begin(), frame.labels.end(), keyframe.labels.begin());
+  } else {
+    std::copy(frame.rgb.begin(), frame.rgb.end(), keyframe.rgb.begin());
+  }
+  keyframe.is_segmented = false;
+  keyframe_is_free_[slot] = false;
+  has_keyframe_ = true;
+  last_keyframe_index_ = index;
+  ++counts_.keyframes;
+  if (const auto overtaken = to_segment_in_->push(slot)) {
+    keyframe_is_free_[*overtaken] = true;
+    ++counts_.keyframes_replaced;
+  }
+}
+
+rt::Status Pipeline::segment_round(rt::Clock clock) noexcept {
+  const auto slot = to_segment_out_->try_pop();
+  if (!slot) return rt::Status::skipped;
+  Keyframe& keyframe = keyframes_[*slot];
+  const rt::Status status = timed(Stage::segment, kSegmentTrace, clock, rt::kNoDeadline, [&]() noexcept {
+    if (segmenter_) return segmenter_->step(keyframe.rgb, keyframe.scores);
+    scores_of_labels(keyframe.labels, setup_.sensor->calibration.depth, keyframe.scores);
+    return rt::Status::ok;
+  });
+  keyframe.is_segmented = status == rt::Status::ok;
+  const bool passed = to_fuse_in_->try_push(*slot);
+  TACTUS_ASSERT(passed);  // the ring holds every slot there is
+  return status;
+}
+
+void Pipeline::fuse_answered() noexcept {
+  KeyframeSlot slot = 0;
+  if (!to_fuse_out_->try_pop(slot)) return;
+  const Keyframe& keyframe = keyframes_[slot];
+  if (keyframe.is_segmented) {
+    map::LabelKeyframe labels;
+    labels.T_world_depth = keyframe.T_world_depth;
+    labels.half_camera = spine_.half_camera();
+    labels.half_depth_m = keyframe.half_depth_m;
+    labels.rig = spine_.rig();
+    // Labels taken from the source lie in the depth camera's pixels, whatever the colour camera is.
+    if (setup_.labels_from_source) labels.rig.registered = true;
+    const segment::MaterialScores& scores = keyframe.scores;
+    labels.scores = {scores.probability.data(), scores.width,      scores.height,    scores.columns.scale,
+                     scores.columns.offset,     scores.rows.scale, scores.rows.offset};
+    labels.index = spine_.frame_index();
+    // The blocks of now stand for those of the keyframe: what left the view meanwhile is labelled by a later one.
+    const auto blocks = spine_.active().blocks();
+    map::fuse_labels(spine_.map(), labels, blocks.first(std::min(blocks.size(), kBlocksPerFuse)));
+    ++counts_.keyframes_segmented;
+    if (label_ages_ms_.size() < label_ages_ms_.capacity()) {
+      const double frames = static_cast<double>(spine_.frame_index() - keyframe.frame_index);
+      label_ages_ms_.push_back(static_cast<float>(frames * 1e3 / setup_.sensor->frame_rate_hz));
+    }
+  }
+  keyframe_is_free_[slot] = true;
+}
+
+void Pipeline::spawn_due() noexcept {
+  std::array<contact::BodySpec, 8> due;
+  const FrameVerdict& verdict = verdicts_[view_.id().slot()];
+  const std::size_t count =
+      script_.due(frames_since_tracking_, since_tracking_, verdict.T_world_depth, {0, -1, 0}, field_, due);
+  for (std::size_t i = 0; i < count; ++i) {
+    contact::BodyId id;
+    (void)world_.spawn(due[i], id);  // a refusal is counted there
+  }
+}
+
+rt::Status Pipeline::contact_round(rt::Clock clock, rt::Duration duration) noexcept {
+  while (const auto id = to_present_out_->try_pop()) view_ = frames_.adopt(*id);
+  if (!view_) return rt::Status::skipped;
+  return timed(Stage::contact, kPresentTrace, clock, rt::kNoDeadline, [&]() noexcept {
+    ++frames_since_tracking_;
+    since_tracking_ = since_tracking_ + duration;
+    spawn_due();
+    const std::size_t before = contact_sink_.count;
+    const rt::Status status = world_.step(duration, contact_sink_);
+    for (std::size_t i = before; i < contact_sink_.count; ++i) contact_times_[i] = view_->header.time;
+    return status;
+  });
+}
+
+void Pipeline::make_picture_inputs() noexcept {
+  const hal::RigCalibration& rig = setup_.sensor->calibration;
+  picture_depth(*view_, rig, picture_camera_, picture_depth_m_);
+}
+
+rt::Status Pipeline::render_round(rt::Clock clock, float overlay_alpha) noexcept {
+  if (!renderer_ || !view_) return rt::Status::skipped;
+  const rt::HostTime begin = clock.now();
+  const FrameVerdict& verdict = verdicts_[view_.id().slot()];
+  const hal::RigCalibration& rig = setup_.sensor->calibration;
+  make_picture_inputs();
+  const T_WorldDepth T_world_picture = picture_pose(verdict.T_world_depth, rig);
+  render::RenderInputs inputs;
+  if (view_->has_rgb) inputs.video_rgb = view_->rgb;
+  inputs.depth_m = picture_depth_m_;
+  if (overlay_alpha > 0) {
+    picture_labels(picture_depth_m_, picture_camera_, T_world_picture, reader_, picture_labels_);
+    inputs.labels = picture_labels_;
+    inputs.overlay_alpha = overlay_alpha;
+  }
+  inputs.is_tracked = verdict.status == rt::Status::ok;
+  inputs.T_world_depth = T_world_picture;
+  drawn_bodies_.clear();
+  for (const contact::BodyState& body : world_.bodies()) drawn_bodies_.push_back(drawn_body(body));
+  inputs.bodies = drawn_bodies_;
+  rt::Status status = setup_.display->begin();
+  if (status == rt::Status::ok) status = renderer_->step(inputs);
+  if (status == rt::Status::ok) status = renderer_->read_back(picture_rgb_);
+  (void)setup_.display->present();
+  const rt::HostTime end = clock.now();
+  rt::StageRecord& record = records_[static_cast<std::size_t>(Stage::render)];
+  record.latency.record(end - begin);
+  record.statuses.count(status);
+  traces_[kPresentTrace].span(record.name, begin, end - begin, verdict.frame_index);
+  return status;
+}
+
+std::optional<float> Pipeline::occluded_share() noexcept {
+  if (!view_) return std::nullopt;
+  const FrameVerdict& verdict = verdicts_[view_.id().slot()];
+  if (verdict.status != rt::Status::ok) return std::nullopt;
+  return hidden_share(world_.bodies(), setup_.sensor->calibration, *view_, verdict.T_world_depth);
+}
+
+}  // namespace tactus

@@ -1,0 +1,227 @@
+// The pipeline: all stages, the edges between them, and what each thread does in one round. Read pipeline.cpp
+// top to bottom to follow a frame from the sensor to the screen.
+//
+//   capture ─ DropOldestRing ─► spine: register, track, integrate, predict, fuse ─ DropOldestRing ─► present:
+//   contact, render
+//                                  │   ▲                                 │
+//                   DropOldestRing ▼   │ SpscRing                        └─ Seqlock (pose) ─► anyone
+//                               segment (every 12th frame)
+//
+// Two runners drive the same rounds: realtime (one thread each, runner.hpp) and lockstep (one thread, fixed
+// order, nothing dropped). In lockstep every result is a pure function of the source and the configuration.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "hal/camera.hpp"
+#include "hal/display.hpp"
+#include "pipeline/budgets.hpp"
+#include "pipeline/contact/map_field.hpp"
+#include "pipeline/contact/world.hpp"
+#include "pipeline/interact/drop_script.hpp"
+#include "pipeline/map/reader.hpp"
+#include "pipeline/memory_plan.hpp"
+#include "pipeline/messages.hpp"
+#include "pipeline/profile.hpp"
+#include "pipeline/render/renderer.hpp"
+#include "pipeline/segment/segmenter.hpp"
+#include "pipeline/spine.hpp"
+#include "rt/clock.hpp"
+#include "rt/drop_oldest_ring.hpp"
+#include "rt/runner.hpp"
+#include "rt/seqlock.hpp"
+#include "rt/spsc_ring.hpp"
+#include "rt/trace.hpp"
+#include "rt/worker_pool.hpp"
+
+namespace tactus {
+
+/// How real surfaces act on virtual things: the paper's three conditions (sec. V-B).
+enum class Collision : std::uint8_t { none, uniform, semantic };
+
+/// What boot hands over. The pointees outlive the pipeline.
+struct PipelineSetup {
+  Profile profile;
+  hal::Sensor* sensor = nullptr;
+  T_WorldDepth T_world_first;             // gravity-aligned
+  const segment::Model* model = nullptr;  // null: no network
+  const segment::ClassMap* class_map = nullptr;
+  bool labels_from_source = false;  // exact labels instead of a network's
+  contact::MaterialTable materials;
+  Collision collision = Collision::semantic;
+  std::vector<interact::Throw> throws;
+  hal::Display* display = nullptr;    // null: nothing is drawn
+  std::uint64_t frames_expected = 0;  // sizes the per-frame series; 0 unknown
+};
+
+/// What is counted while running, for the summary. Read when the threads rest.
+struct PipelineCounts {
+  std::uint64_t frames_in = 0, frames_tracked = 0, frames_lost = 0, frames_dropped = 0;
+  std::uint64_t colors_unpaired = 0;
+  std::uint64_t relocalisations = 0, keyframes = 0, keyframes_segmented = 0, keyframes_replaced = 0;
+};
+
+struct TrackedPose {
+  rt::SensorTime time;
+  T_WorldDepth T_world_depth;
+};
+
+/// A pose for anyone: present, applications, late latching.
+struct PoseSample {
+  std::int64_t time_ns = 0;  // SensorTime
+  std::uint32_t frame_index = 0;
+  std::uint32_t is_tracked = 0;
+  T_WorldDepth T_world_depth;
+};
+
+class Pipeline {
+ public:
+  Pipeline() = default;
+  Pipeline(const Pipeline&) = delete;
+  Pipeline& operator=(const Pipeline&) = delete;
+
+  static constexpr int kSourceScoresWidth = 160,
+                       kSourceScoresHeight = 120;  // of labels taken from the source
+
+  /// Boot: the table for this setup; then, with the table carved, every stage takes its memory and is warmed
+  /// up.
+  static rt::Result<void> plan(const PipelineSetup& setup, rt::MemoryPlan& plan);
+  rt::Result<void> bind(const PipelineSetup& setup, rt::MemoryPlan& plan);
+
+  // One round of each thread. Step. The clock times the stages; deadlines decide who gives way.
+  /// Reads one sensor moment and passes it on. end_of_stream when the source is over. Not a real-time round:
+  /// replay backends decode in it.
+  rt::Status capture_round(rt::Clock clock) noexcept;
+  /// Takes the oldest waiting frame through the spine. skipped when none waits.
+  rt::Status spine_round(rt::Clock clock, rt::HostTime deadline) noexcept;
+  /// Segments the waiting keyframe. skipped when none waits.
+  rt::Status segment_round(rt::Clock clock) noexcept;
+  /// Advances virtual things by `duration` and takes over the newest frame from the spine.
+  rt::Status contact_round(rt::Clock clock, rt::Duration duration) noexcept;
+  /// Draws the newest frame with virtual things, and labels when overlay_alpha > 0, and reads the picture
+  /// back into picture(). Calls the driver, which allocates: outside the heap guard.
+  rt::Status render_round(rt::Clock clock, float overlay_alpha) noexcept;
+
+  /// Share of the virtual bodies' visible discs that real things hide in the newest frame, bodies out of view
+  /// left out; nothing when none is in view. Cheap: 64 rays a body.
+  [[nodiscard]] std::optional<float> occluded_share() noexcept;
+
+  [[nodiscard]] std::span<const std::uint8_t> picture() const noexcept { return picture_rgb_; }
+  [[nodiscard]] const hal::Intrinsics& picture_camera() const noexcept { return picture_camera_; }
+  [[nodiscard]] const PipelineCounts& counts() const noexcept { return counts_; }
+  [[nodiscard]] const Spine& spine() const noexcept { return spine_; }
+  [[nodiscard]] const contact::World& world() const noexcept { return world_; }
+  [[nodiscard]] const segment::Segmenter* segmenter() const noexcept {
+    return segmenter_ ? &*segmenter_ : nullptr;
+  }
+  [[nodiscard]] const map::Reader& reader() const noexcept { return reader_; }
+  [[nodiscard]] std::span<const TrackedPose> trajectory() const noexcept { return trajectory_; }
+  [[nodiscard]] std::span<const contact::ContactEvent> contacts() const noexcept {
+    return {contact_events_.data(), contact_sink_.count};
+  }
+  [[nodiscard]] std::span<const rt::SensorTime> contact_times() const noexcept {
+    return {contact_times_.data(), contact_sink_.count};
+  }
+  [[nodiscard]] const rt::StageRecord& record(Stage stage) const noexcept {
+    return records_[static_cast<std::size_t>(stage)];
+  }
+  /// Milliseconds per frame of a stage; NaN where it did not run. Sized at boot; later frames are not
+  /// recorded.
+  [[nodiscard]] std::span<const float> series_ms(Stage stage) const noexcept {
+    return series_ms_[static_cast<std::size_t>(stage)];
+  }
+  [[nodiscard]] std::span<const float> frame_series_ms() const noexcept { return frame_series_ms_; }
+  [[nodiscard]] const rt::TraceRing& trace(std::size_t thread) const noexcept { return traces_[thread]; }
+  [[nodiscard]] std::span<const float> label_ages_ms() const noexcept { return label_ages_ms_; }
+  [[nodiscard]] rt::Seqlock<PoseSample>& pose() noexcept { return pose_; }
+  [[nodiscard]] rt::WorkerPool& workers() noexcept { return workers_; }
+
+  static constexpr std::size_t kSpineTrace = 0, kPresentTrace = 1, kSegmentTrace = 2, kCaptureTrace = 3;
+  static constexpr std::array<const char*, 4> kThreadNames = {"spine", "present", "segment", "capture"};
+
+ private:
+  template <typename Step>
+  rt::Status timed(Stage stage, std::size_t trace, rt::Clock clock, rt::HostTime deadline,
+                   Step&& step) noexcept;
+  void fill_keyframe(const SensorFrame& frame) noexcept;
+  void fuse_answered() noexcept;
+  void spawn_due() noexcept;
+  void make_picture_inputs() noexcept;
+
+  PipelineSetup setup_;
+  rt::WorkerPool workers_;
+
+  // Stages.
+  Spine spine_;
+  std::optional<segment::Segmenter> segmenter_;
+  contact::World world_;
+  interact::DropScript script_;
+  std::optional<render::Renderer> renderer_;
+  map::Reader reader_{spine_.map()};
+  contact::DistanceField field_;
+
+  // Edges.
+  using FrameRing = rt::DropOldestRing<rt::FrameId, kFramesWaiting>;
+  using ViewRing = rt::DropOldestRing<rt::FrameId, 1>;
+  using KeyframeRing = rt::DropOldestRing<KeyframeSlot, 1>;
+  using AnswerRing = rt::SpscRing<KeyframeSlot, kKeyframeSlots>;
+  rt::FramePool<SensorFrame> frames_;
+  FrameRing to_spine_;
+  ViewRing to_present_;
+  KeyframeRing to_segment_;
+  AnswerRing to_fuse_;
+  rt::Seqlock<PoseSample> pose_;
+  std::optional<FrameRing::Producer> to_spine_in_;
+  std::optional<FrameRing::Consumer> to_spine_out_;
+  std::optional<ViewRing::Producer> to_present_in_;
+  std::optional<ViewRing::Consumer> to_present_out_;
+  std::optional<KeyframeRing::Producer> to_segment_in_;
+  std::optional<KeyframeRing::Consumer> to_segment_out_;
+  std::optional<AnswerRing::Producer> to_fuse_in_;
+  std::optional<AnswerRing::Consumer> to_fuse_out_;
+  std::optional<rt::Seqlock<PoseSample>::Producer> pose_in_;
+
+  // Written by one thread each: verdicts and keyframes by the spine before their id goes on, frames by
+  // capture.
+  std::array<FrameVerdict, kFramesCount> verdicts_{};
+  std::array<Keyframe, kKeyframeSlots> keyframes_{};
+  std::array<bool, kKeyframeSlots> keyframe_is_free_{};
+  std::uint32_t last_keyframe_index_ = 0;
+  bool has_keyframe_ = false;
+
+  // capture
+  bool has_color_ahead_ = false;
+  // present
+  FrameRef view_;
+  std::uint64_t frames_since_tracking_ = 0;
+  rt::Duration since_tracking_{};
+  std::array<contact::ContactEvent, 4096> contact_events_{};
+  std::array<rt::SensorTime, 4096> contact_times_{};
+  contact::ContactSink contact_sink_{contact_events_};
+  hal::Intrinsics picture_camera_;
+  std::span<float> picture_depth_m_;
+  std::span<MaterialId> picture_labels_;
+  std::span<std::uint8_t> picture_rgb_;
+  std::vector<render::Body> drawn_bodies_;
+
+  // Records.
+  template <std::size_t... kIndex>
+  static std::array<rt::StageRecord, kStagesCount> make_records(std::index_sequence<kIndex...>) {
+    return {rt::StageRecord(kBudgets[kIndex].name, kBudgets[kIndex].when_late)...};
+  }
+  std::array<rt::StageRecord, kStagesCount> records_ = make_records(std::make_index_sequence<kStagesCount>{});
+  std::array<rt::TraceRing, 4> traces_;
+  std::array<std::vector<float>, kStagesCount> series_ms_;
+  std::vector<float> frame_series_ms_;
+  std::vector<float> label_ages_ms_;
+  std::vector<TrackedPose> trajectory_;
+  PipelineCounts counts_;
+};
+
+}  // namespace tactus

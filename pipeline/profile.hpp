@@ -1,0 +1,41 @@
+// What a device may use: the two built-in profiles side by side. A TOML file or --set key=value changes
+// single values (firmware_host/profile_file.hpp).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "pipeline/contact/world.hpp"
+#include "pipeline/spine.hpp"
+#include "rt/time.hpp"
+
+namespace tactus {
+
+struct Profile {
+  std::string_view name = "x86";
+  SpineConfig spine;
+  std::size_t bodies_capacity = 64;
+  std::uint32_t keyframe_every_frames = 12;  // the paper's trade-off between speed and accuracy (sec. IV-B)
+  int threads_count = 1;                     // of the spine's fork-join; results do not depend on it
+  std::size_t network_bytes = std::size_t{48} << 20;  // taken only when a network is loaded
+  std::size_t trace_records_count = 16384;  // per thread, 40 bytes each: the last 60 s of a 30 Hz session
+  std::size_t memory_bytes_max = std::size_t{96} << 20;  // of the plan, without the network
+};
+
+/// A desktop or laptop with recorded sensor dumps.
+constexpr Profile x86_profile() { return {}; }
+
+/// A headset: 8192 blocks are about 25 square metres of surface at 1 cm.
+constexpr Profile headset_profile() {
+  Profile p;
+  p.name = "headset";
+  p.spine.map.blocks_capacity = 8192;
+  p.spine.relocalizer.keyframes_capacity = 32;
+  p.bodies_capacity = 32;
+  p.trace_records_count = 4096;
+  p.memory_bytes_max = std::size_t{64} << 20;
+  return p;
+}
+
+}  // namespace tactus
