@@ -1,0 +1,227 @@
+#include "pipeline/track/icp.hpp"
+
+#include <gtest/gtest.h>
+#include <hwy/targets.h>
+
+#include <algorithm>
+#include <bit>
+#include <random>
+
+#include "tests/pipeline/track/plane_room.hpp"
+
+namespace tactus::track {
+namespace {
+
+using test::corner;
+using test::live_view;
+using test::ModelOfPlanes;
+using test::motion;
+using test::wall;
+
+constexpr IcpLevel kFull = {1, 5, 0.1f};
+
+template <typename Accumulate>
+IcpSums all_chunks(const IcpInput& input, const T_ViewLive& T, const IcpLevel& level, Accumulate accumulate) {
+  IcpSums sums;
+  for (int chunk = 0; chunk < icp_chunks_count(*input.model, level.stride); ++chunk)
+    icp_add(sums, accumulate(input, T, level, chunk));
+  return sums;
+}
+
+std::vector<double> numbers_of(const IcpSums& sums) {
+  std::vector<double> all(sums.h.begin(), sums.h.end());
+  all.insert(all.end(), sums.b.begin(), sums.b.end());
+  all.insert(all.end(), {sums.weighted_residual2, sums.weight, sums.inliers_count, sums.candidates_count,
+                         sums.model_count});
+  return all;
+}
+
+// A corner with depth noise, holes in both images and cleared normals.
+struct NoisyCorner {
+  ModelOfPlanes model{corner()};
+  std::vector<float> live = live_view(corner(), motion({0.02, -0.03, 0.01}, {0.02, -0.01, 0.03}));
+
+  explicit NoisyCorner(std::uint64_t seed) {
+    std::mt19937_64 random(seed);
+    std::uniform_real_distribution<float> uniform(-1, 1);
+    for (std::size_t i = 0; i < live.size(); ++i) {
+      live[i] += 0.01f * uniform(random);
+      if (random() % 10 == 0) live[i] = 0;
+      if (random() % 10 == 0) model.view.z_m[i] = 0;
+      if (random() % 10 == 0) model.view.nx[i] = model.view.ny[i] = model.view.nz[i] = 0;
+    }
+  }
+};
+
+TEST(IcpAccumulate, EqualsTheDoubleReferenceUpToRounding) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    NoisyCorner room(seed);
+    const IcpInput input{&room.model.view, room.live, 2.0f};
+    for (const IcpLevel& level : kTrackLevels)
+      for (const T_ViewLive& T : {T_ViewLive{}, motion({0.02, -0.03, 0.01}, {0.02, -0.01, 0.03})}) {
+        const auto sut = all_chunks(input, T, level, icp_accumulate);
+        const auto expected = all_chunks(input, T, level, icp_accumulate_reference);
+        ASSERT_GT(expected.inliers_count, 500);
+        // A point on the border of two pixels may go to either.
+        EXPECT_NEAR(sut.inliers_count, expected.inliers_count, 0.002 * expected.inliers_count + 1);
+        EXPECT_NEAR(sut.candidates_count, expected.candidates_count, 0.002 * expected.candidates_count + 1);
+        EXPECT_NEAR(sut.model_count, expected.model_count, 2);
+        EXPECT_NEAR(sut.weight, expected.weight, 0.002 * expected.weight);
+        EXPECT_NEAR(sut.weighted_residual2, expected.weighted_residual2, 0.005 * expected.weighted_residual2);
+        for (std::size_t i = 0; i < 21; ++i)
+          EXPECT_NEAR(sut.h[i], expected.h[i], 0.003 * expected.weight) << i;
+        const double residual_m = std::sqrt(expected.weighted_residual2 / expected.weight);
+        for (std::size_t i = 0; i < 6; ++i)
+          EXPECT_NEAR(sut.b[i], expected.b[i], 0.005 * expected.weight * residual_m) << i;
+      }
+  }
+}
+
+TEST(IcpAccumulate, EveryInstructionSetGivesTheSameBits) {
+  NoisyCorner room(7);
+  const IcpInput input{&room.model.view, room.live, 2.0f};
+  const T_ViewLive T = motion({0.01, 0.02, -0.01}, {0.01, 0.01, 0.02});
+  for (const IcpLevel& level : kTrackLevels) {
+    std::vector<std::vector<double>> results;
+    for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+      hwy::SetSupportedTargetsForTest(target);
+      hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+      results.push_back(numbers_of(all_chunks(input, T, level, icp_accumulate)));
+    }
+    hwy::SetSupportedTargetsForTest(0);
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    for (const auto& result : results)
+      for (std::size_t i = 0; i < result.size(); ++i)
+        EXPECT_EQ(std::bit_cast<std::uint64_t>(result[i]), std::bit_cast<std::uint64_t>(results[0][i]))
+            << "number " << i << " at stride " << level.stride;
+  }
+}
+
+// One model point at a time: the row of the Jacobian is b / r, against central differences of the residual.
+TEST(IcpAccumulate, JacobianIsTheDerivativeOfTheResidual) {
+  const T_ViewLive T = motion({0.01, -0.02, 0.015}, {0.004, -0.003, 0.006});
+  const auto live = live_view(corner(), motion({0.01, -0.02, 0.015}, {0.004, -0.003, 0.0045}));
+  const ModelOfPlanes full(corner());
+  int rows_count = 0;
+  for (std::size_t pixel = 1234; pixel < live.size(); pixel += 977) {
+    ModelOfPlanes one(corner());
+    std::fill(one.view.z_m.begin(), one.view.z_m.end(), 0.0f);
+    one.view.z_m[pixel] = full.view.z_m[pixel];
+    const IcpInput input{&one.view, live, 1.7f};
+    const auto residual = [&](const T_ViewLive& at) {
+      return std::sqrt(all_chunks(input, at, kFull, icp_accumulate_reference).weighted_residual2);
+    };
+    const IcpSums sums = all_chunks(input, T, kFull, icp_accumulate_reference);
+    const double r = std::sqrt(sums.weighted_residual2);
+    if (sums.weight < 1 || r < 1e-4) continue;  // out of view, or beyond Huber's limit
+    ++rows_count;
+    for (std::size_t i = 0; i < 6; ++i) {
+      constexpr double kStep = 1e-6;
+      std::array<double, 6> up{}, down{};
+      up[i] = kStep;
+      down[i] = -kStep;
+      const double pivot = static_cast<double>(input.pivot_z_m);
+      const double slope =
+          (residual(icp_apply(T, up, pivot)) - residual(icp_apply(T, down, pivot))) / (2 * kStep);
+      EXPECT_NEAR(sums.b[i] / r, slope, 1e-4) << "pixel " << pixel << " parameter " << i;
+    }
+  }
+  EXPECT_GT(rows_count, 8);
+}
+
+TEST(IcpAccumulate, EmptyImagesGiveNothing) {
+  ModelOfPlanes model(corner());
+  const std::vector<float> none(model.view.z_m.size(), 0.0f);
+  const IcpSums sums = all_chunks({&model.view, none, 2.0f}, {}, kFull, icp_accumulate);
+  EXPECT_EQ(sums.weight, 0);
+  EXPECT_EQ(sums.candidates_count, 0);
+  EXPECT_GT(sums.model_count, 0);
+  EXPECT_EQ(icp_solve(sums, 1.0, 0.004).held_count, 6);
+}
+
+T_ViewLive solve_repeatedly(const ModelOfPlanes& model, const std::vector<float>& live, int iterations,
+                            int& held_count) {
+  const IcpInput input{&model.view, live, 2.0f};
+  T_ViewLive T;
+  for (int i = 0; i < iterations; ++i) {
+    const IcpStep step = icp_solve(all_chunks(input, T, kFull, icp_accumulate), 1.0, 0.004);
+    held_count = step.held_count;
+    T = icp_apply(T, step.increment, 2.0);
+  }
+  return T;
+}
+
+TEST(IcpSolve, RecoversAKnownMotionInACorner) {
+  const ModelOfPlanes model(corner());
+  for (const T_ViewLive& truth : {motion({0.01, -0.015, 0.02}, {0.015, -0.02, 0.01}),
+                                  motion({-0.02, 0.01, 0.005}, {-0.01, 0.01, -0.03})}) {
+    int held_count = 0;
+    const T_ViewLive found = solve_repeatedly(model, live_view(corner(), truth), 12, held_count);
+    EXPECT_EQ(held_count, 0);
+    EXPECT_LT((found.translation - truth.translation).norm(), 2e-4);
+    const Rotation left = found.rotation.transposed() * truth.rotation;
+    EXPECT_LT(std::fabs(left(0, 1)) + std::fabs(left(0, 2)) + std::fabs(left(1, 2)), 2e-4);
+  }
+}
+
+class IcpFlatWall : public testing::TestWithParam<Vec3d> {};
+
+TEST_P(IcpFlatWall, HoldsExactlyWhatCannotBeObserved) {
+  const auto planes = wall(GetParam());
+  const Vec3d n = planes[0].normal;
+  const ModelOfPlanes model(planes);
+  // Seen: a shift along the normal, turns about axes in the wall. Unseen: two shifts and the turn about the
+  // normal.
+  const Vec3d across = n.cross({0.3, 1, 0.2}).normalized();
+  const T_ViewLive truth = motion(across * 0.01 + n * 0.02, n * 0.01 + across * 0.03);
+  const IcpInput input{&model.view, live_view(planes, truth), 2.0f};
+  IcpStep step = icp_solve(all_chunks(input, {}, kFull, icp_accumulate), 1.0, 0.004);
+  EXPECT_EQ(step.held_count, 3);
+  for (int i = 0; i < 6; ++i) {
+    EXPECT_EQ(step.information[static_cast<std::size_t>(i)] >= 0.004, i < 3) << i;
+    if (i > 0) {
+      EXPECT_LE(step.information[static_cast<std::size_t>(i)], step.information[static_cast<std::size_t>(i - 1)]);
+    }
+  }
+  int held_count = 0;
+  const T_ViewLive found = solve_repeatedly(model, live_view(planes, truth), 12, held_count);
+  EXPECT_EQ(held_count, 3);
+  // What is observed agrees: the wall lies where it does.
+  EXPECT_NEAR(n.dot(found.translation), n.dot(truth.translation), 2e-4);
+  EXPECT_LT((found.rotation.transposed() * n - truth.rotation.transposed() * n).norm(), 2e-4);
+  // What is not observed stays: no shift in the wall beyond what turning about the pivot brings, no turn
+  // about it.
+  const Quaternion turn = found.rotation.quaternion();
+  EXPECT_NEAR(Vec3d(turn.x, turn.y, turn.z).dot(n), 0, 2e-4);
+  const Vec3d pivot{0, 0, 2.0};
+  const Vec3d moved = found * pivot - pivot;
+  EXPECT_LT((moved - n * moved.dot(n)).norm(), 5e-4);
+}
+
+INSTANTIATE_TEST_SUITE_P(Walls, IcpFlatWall,
+                         testing::Values(Vec3d{0, 0, -1}, Vec3d{0.4, 0, -1}, Vec3d{-0.2, 0.5, -1}));
+
+TEST(IcpApply, StaysARotation) {
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> uniform(-0.2, 0.2);
+  T_ViewLive T;
+  for (int i = 0; i < 2000; ++i) {
+    std::array<double, 6> increment;
+    for (double& x : increment) x = uniform(random);
+    T = icp_apply(T, increment, 1.5);
+    const Rotation unit = T.rotation.transposed() * T.rotation;
+    for (std::size_t k = 0; k < 9; ++k) ASSERT_NEAR(unit.m[k], k % 4 == 0 ? 1 : 0, 1e-14);
+  }
+  EXPECT_TRUE(T.is_finite());
+}
+
+TEST(IcpApply, TurnsAboutThePivotToFirstOrder) {
+  const T_ViewLive T = icp_apply({}, {1e-4, -2e-4, 3e-4, 0, 0, 0}, 2.0);
+  EXPECT_LT((T * Vec3d{0, 0, 2.0} - Vec3d{0, 0, 2.0}).norm(), 1e-12);
+  const Vec3d p{0.3, -0.2, 2.5};
+  const Vec3d expected = p + Vec3d{1e-4, -2e-4, 3e-4}.cross(p - Vec3d{0, 0, 2.0});
+  EXPECT_LT((T * p - expected).norm(), 1e-7);
+}
+
+}  // namespace
+}  // namespace tactus::track
