@@ -28,7 +28,8 @@ endif()
 
 if(TACTUS_SANITIZE)
   string(REPLACE ";" "," sanitizers "${TACTUS_SANITIZE}")
-  add_compile_options(-fsanitize=${sanitizers} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  # No vptr check: rt and pipeline are compiled without RTTI, and the linker may keep their copy of a shared template.
+  add_compile_options(-fsanitize=${sanitizers} -fno-sanitize=vptr -fno-omit-frame-pointer -fno-sanitize-recover=all)
   add_link_options(-fsanitize=${sanitizers})
 endif()
 if(TACTUS_BUILD_FUZZERS)

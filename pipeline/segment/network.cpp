@@ -30,8 +30,10 @@ struct Network::Step {
 
 namespace {
 
-// A dry run may use this much of borrowed memory for XNNPACK; a network that needs more is no network for
-// this device.
+// A dry run tries these amounts of borrowed memory for XNNPACK: 4, 32 and 256 MB. A network that needs more,
+// or more than 1 GB for its tensors, is no network for this device.
+constexpr std::size_t kPoolBytesFirst = std::size_t{4} << 20;
+constexpr std::size_t kTensorBytesMax = std::size_t{1} << 30;
 constexpr std::size_t kPoolBytesMax = std::size_t{256} << 20;
 // Sums of an average pool stay in int32: 2^23 x 255 < 2^31.
 constexpr std::int64_t kPoolWindowMax = std::int64_t{1} << 23;
@@ -638,23 +640,29 @@ TensorView view(const Model& model, const NetworkPlan& plan, std::byte* tensors,
 rt::Result<std::size_t> Network::bytes_needed(const Model& model) {
   auto plan = plan_network(model);
   if (!plan) return plan.error();
-  const std::size_t fixed = fixed_bytes(*plan, count(model, *plan));
-  // Left uninitialised: only what XNNPACK writes is ever backed by memory.
-  const std::size_t borrowed_bytes = rt::bytes_of<std::byte>(plan->tensor_bytes) + kPoolBytesMax;
-  const std::unique_ptr<std::byte[], void (*)(std::byte*)> borrowed(
-      static_cast<std::byte*>(
-          ::operator new (borrowed_bytes, std::align_val_t{rt::kCacheLineBytes}, std::nothrow)),
-      [](std::byte* p) { ::operator delete (p, std::align_val_t{rt::kCacheLineBytes}); });
-  if (borrowed == nullptr)
-    return rt::Error{rt::ExitCode::failed, model.file + ": no memory to find out what the network needs"};
+  if (plan->tensor_bytes > kTensorBytesMax)
+    return rt::Error{rt::ExitCode::bad_input, model.file + ": its tensors need more than 1 GB"};
+  if (auto started = initialize_xnnpack(); !started) return started.error();
   const Counts counts = count(model, *plan);
+  const std::size_t tensor_bytes = rt::bytes_of<std::byte>(plan->tensor_bytes);
   std::vector<Step> steps(counts.steps);
   std::vector<ByteTable> tables(counts.tables);
-  if (auto started = initialize_xnnpack(); !started) return started.error();
-  XnnPool pool({borrowed.get() + rt::bytes_of<std::byte>(plan->tensor_bytes), kPoolBytesMax});
-  const XnnPoolScope scope(pool);
-  if (auto built = Builder(model, *plan, borrowed.get(), steps, tables).build(); !built) return built.error();
-  return fixed + rt::round_up(pool.bytes_high_water(), rt::kCacheLineBytes);
+  for (std::size_t pool_bytes = kPoolBytesFirst;; pool_bytes *= 8) {
+    // Left uninitialised: only what XNNPACK writes is ever backed by memory.
+    const std::unique_ptr<std::byte[], void (*)(std::byte*)> borrowed(
+        static_cast<std::byte*>(
+            ::operator new (tensor_bytes + pool_bytes, std::align_val_t{rt::kCacheLineBytes}, std::nothrow)),
+        [](std::byte* p) { ::operator delete (p, std::align_val_t{rt::kCacheLineBytes}); });
+    if (borrowed == nullptr)
+      return rt::Error{rt::ExitCode::failed, model.file + ": no memory to find out what the network needs"};
+    XnnPool pool({borrowed.get() + tensor_bytes, pool_bytes});
+    const XnnPoolScope scope(pool);
+    auto built = Builder(model, *plan, borrowed.get(), steps, tables).build();
+    if (built) return fixed_bytes(*plan, counts) + rt::round_up(pool.bytes_high_water(), rt::kCacheLineBytes);
+    if (pool.refusals_count() == 0) return built.error();
+    if (pool_bytes >= kPoolBytesMax)
+      return rt::Error{rt::ExitCode::bad_input, model.file + ": XNNPACK needs more than 256 MB for it"};
+  }
 }
 
 rt::Result<Network> Network::bind(const Model& model, rt::Slice memory) {
