@@ -37,8 +37,7 @@ std::size_t Spine::bytes_needed(const hal::RigCalibration& rig, const SpineConfi
   if (remap) bytes += rt::bytes_of<std::uint32_t>(n) + rt::bytes_of<std::uint16_t>(n);
   if (rig.has_color && !rig.registered)
     bytes += rt::bytes_of<std::uint32_t>(half) + rt::bytes_of<float>(color_bins_count(rig.color));
-  return bytes + map::Map::bytes_needed(config.map) +
-         map::ActiveSet::bytes_needed(config.map.blocks_capacity) +
+  return bytes + map::ActiveSet::bytes_needed(config.map.blocks_capacity) +
          map::ModelView::bytes_needed(rig.depth.width / 2, rig.depth.height / 2) +
          track::Relocalizer::bytes_needed(config.relocalizer);
 }
