@@ -39,7 +39,8 @@ HWY_INLINE V Step(V x, V factor, V addend) {
   }
 }
 
-// Twelve chains: more than latency (4 cycles) times issue width (2) of today's cores, and they fit 16 registers.
+// Twelve chains: more than latency (4 cycles) times issue width (2) of today's cores, and they fit 16
+// registers.
 template <bool kFused>
 HWY_INLINE float Chains(std::size_t rounds_count) {
   const hn::ScalableTag<float> d;
@@ -61,9 +62,9 @@ HWY_INLINE float Chains(std::size_t rounds_count) {
     x10 = Step<kFused>(x10, m, a);
     x11 = Step<kFused>(x11, m, a);
   }
-  const auto sum = hn::Add(hn::Add(hn::Add(x0, x1), hn::Add(x2, x3)),
-                           hn::Add(hn::Add(hn::Add(x4, x5), hn::Add(x6, x7)),
-                                   hn::Add(hn::Add(x8, x9), hn::Add(x10, x11))));
+  const auto sum = hn::Add(
+      hn::Add(hn::Add(x0, x1), hn::Add(x2, x3)),
+      hn::Add(hn::Add(hn::Add(x4, x5), hn::Add(x6, x7)), hn::Add(hn::Add(x8, x9), hn::Add(x10, x11))));
   return hn::GetLane(hn::SumOfLanes(d, sum));
 }
 
@@ -91,7 +92,7 @@ constexpr std::size_t kRounds = 1'000'000;  // some 5 ms
 constexpr std::size_t kRmwFloats = (std::size_t{64} << 20) / sizeof(float);
 constexpr std::size_t kLineBytes = 64, kLoadsCount = 400'000;
 
-volatile float float_sink;          // results are used, so that the work is done
+volatile float float_sink;  // results are used, so that the work is done
 volatile std::uint32_t index_sink;
 
 /// Least CPU time of several tries, ns.
@@ -107,8 +108,8 @@ double best_ns(const Work& work) {
   return std::max(best, 1.0);
 }
 
-/// One index a cache line, each naming the next of a single cycle through all lines in random order (Sattolo's
-/// shuffle), so that no prefetcher can know it.
+/// One index a cache line, each naming the next of a single cycle through all lines in random order
+/// (Sattolo's shuffle), so that no prefetcher can know it.
 double load_latency_ns(std::size_t bytes) {
   constexpr std::size_t kPerLine = kLineBytes / sizeof(std::uint32_t);
   const std::size_t lines = bytes / kLineBytes;
@@ -137,8 +138,7 @@ MachineBaseline measure_machine() {
   baseline.vector_target = HWY_DYNAMIC_DISPATCH(TargetName)();
   const double flops = kFlopsPerStep * kChainsCount * static_cast<double>(kRounds) *
                        static_cast<double>(HWY_DYNAMIC_DISPATCH(LanesCount)());
-  baseline.mul_add_gflops =
-      flops / best_ns([] { float_sink = HWY_DYNAMIC_DISPATCH(MulAddChains)(kRounds); });
+  baseline.mul_add_gflops = flops / best_ns([] { float_sink = HWY_DYNAMIC_DISPATCH(MulAddChains)(kRounds); });
   baseline.fused_gflops = flops / best_ns([] { float_sink = HWY_DYNAMIC_DISPATCH(FusedChains)(kRounds); });
   {
     // Vector loads are aligned to the widest target's vectors, which no std::vector promises.
@@ -154,8 +154,7 @@ MachineBaseline measure_machine() {
 }
 
 double slowness(const MachineBaseline& baseline) {
-  return std::max({kReferenceRmwGbPerS / baseline.rmw_gb_per_s,
-                   kReferenceFusedGflops / baseline.fused_gflops,
+  return std::max({kReferenceRmwGbPerS / baseline.rmw_gb_per_s, kReferenceFusedGflops / baseline.fused_gflops,
                    baseline.loads.back().ns / kReferenceLoad8MibNs});
 }
 

@@ -30,9 +30,9 @@ rt::Result<void> fill_far_away(map::Map& map, std::uint32_t blocks_count) {
     const map::BlockIndex block = map.find_or_allocate(map::key_of(
         {kFirstX + at % kSide, kFirstY + at / kSide % kSide, kFirstZ + 2 * (at / (kSide * kSide))}));
     if (block == map::kNoBlock)
-      return rt::Error{rt::ExitCode::budget_exceeded, "the map has no room for " +
-                                                          std::to_string(blocks_count) +
-                                                          " far blocks; raise --blocks."};
+      return rt::Error{
+          rt::ExitCode::budget_exceeded,
+          "the map has no room for " + std::to_string(blocks_count) + " far blocks; raise --blocks."};
     map.publish(block, *staging);
   }
   return {};

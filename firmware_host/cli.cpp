@@ -192,6 +192,7 @@ int run_command_line(int argc, const char* const* argv, const PipelineCommands& 
   if (pipeline.plan) {
     CLI::App* app =
         root.add_subcommand("plan", "Print the memory table: what is planned, how much, for whom and why");
+    app->add_option("SOURCE", plan_options.source, "Take the sizes of its cameras; else 640x480")->type_name("");
     add_profile(*app, plan_options.profile, plan_options.settings);
     add_json(*app, plan_options.is_json);
     app->callback([&] { command = [&] { return pipeline.plan(plan_options); }; });
@@ -203,6 +204,14 @@ int run_command_line(int argc, const char* const* argv, const PipelineCommands& 
   }
   if (pipeline.bench) {
     CLI::App* app = root.add_subcommand("bench", "Measure the stages and, beside them, the machine");
+    bench_options.command = run_options.command;
+    app->add_option("--frames", bench_options.frames_count, "Frames of the synthetic room, 1.5 MB each")
+        ->type_name("N")
+        ->check(CLI::Range(20, 2000))
+        ->capture_default_str();
+    app->add_option("--blocks", bench_options.blocks_capacity, "Blocks in the map's pool; else the x86 profile's")
+        ->type_name("N")
+        ->check(CLI::Range(8192, 32768));
     add_json(*app, bench_options.is_json);
     app->callback([&] { command = [&] { return pipeline.bench(bench_options); }; });
   }

@@ -1,10 +1,16 @@
 #include <cstdio>
 
+#include "firmware_host/bench.hpp"
 #include "firmware_host/cli.hpp"
+#include "firmware_host/plan.hpp"
 #include "firmware_host/run.hpp"
+#include "firmware_host/wiring.hpp"
 
 int main(int argc, char** argv) {
   tactus::firmware::PipelineCommands pipeline;
   pipeline.run = tactus::firmware::run;
+  pipeline.plan = tactus::firmware::plan;
+  pipeline.wiring = tactus::firmware::wiring;
+  pipeline.bench = tactus::firmware::bench;
   return tactus::firmware::run_command_line(argc, argv, pipeline, stdout, stderr);
 }

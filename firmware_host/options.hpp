@@ -1,6 +1,7 @@
 // What the command line says, as plain values.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -66,6 +67,7 @@ struct InfoOptions {
 
 /// `tactus plan`.
 struct PlanOptions {
+  std::string source;  // whose cameras set the sizes; empty: 640x480 with registered colour
   std::string profile = "x86";
   std::vector<std::string> settings;
   bool is_json = false;
@@ -78,7 +80,10 @@ struct WiringOptions {
 
 /// `tactus bench`.
 struct BenchOptions {
+  int frames_count = 120;
+  std::uint32_t blocks_capacity = 0;  // of the map's pool; 0: the x86 profile's
   bool is_json = false;
+  std::string command;  // the whole command line, for the report
 };
 
 }  // namespace tactus::firmware

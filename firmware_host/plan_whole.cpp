@@ -8,10 +8,12 @@ namespace tactus::firmware {
 WholePlan plan_whole_program(const Profile& profile, const hal::RigCalibration& rig) {
   tactus::PlanOptions options;
   options.has_render = true;
-  options.scores_width = Pipeline::kSourceScoresWidth;
-  options.scores_height = Pipeline::kSourceScoresHeight;
+  options.scores_width = options.scores_height = Pipeline::kScoresSideMax;
   options.network_bytes = profile.network_bytes;
-  return {plan_memory(profile, rig, options), profile.network_bytes};
+  WholePlan whole;
+  whole.network_bytes = profile.network_bytes;
+  plan_memory(profile, rig, options, whole.plan);
+  return whole;
 }
 
 }  // namespace tactus::firmware

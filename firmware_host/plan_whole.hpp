@@ -15,8 +15,8 @@ struct WholePlan {
   [[nodiscard]] std::size_t without_network_bytes() const { return plan.total_bytes() - network_bytes; }
 };
 
-/// With rendering, keyframes and their scores, and the profile's share for a network: the most that a run with
-/// this profile and rig plans. Boot.
+/// With rendering, keyframes and their scores, and the profile's share for a network: the most that a run
+/// with this profile and rig plans. Boot.
 WholePlan plan_whole_program(const Profile& profile, const hal::RigCalibration& rig);
 
 }  // namespace tactus::firmware

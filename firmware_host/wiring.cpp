@@ -1,5 +1,6 @@
 #include "firmware_host/wiring.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <cstring>
 #include <string_view>
@@ -40,7 +41,8 @@ std::string text_of_wiring() {
   for (const WiringEdge& edge : kWiringEdges)
     out += "  " + padded(name_of(edge.from), 9) + padded(name_of(edge.to), 9) + padded(edge.type, 14) +
            padded(depth_of(edge), 5) + padded(edge.carries, 40) + edge.when_full + "\n";
-  return out + "\nA call passes its result on within the thread; depth - is a state that is read where it is.\n";
+  return out +
+         "\nA call passes its result on within the thread; depth - is a state that is read where it is.\n";
 }
 
 std::string dot_of_wiring() {
@@ -51,8 +53,7 @@ std::string dot_of_wiring() {
     out += "  subgraph \"cluster_" + std::string(thread.name) + "\" {\n    label=\"" + thread.name + " (" +
            thread.schedule + ")\";\n";
     for (const StageBudget& budget : kBudgets)
-      if (std::strcmp(budget.thread, thread.name) == 0)
-        out += "    \"" + std::string(budget.name) + "\";\n";
+      if (std::strcmp(budget.thread, thread.name) == 0) out += "    \"" + std::string(budget.name) + "\";\n";
     out += "  }\n";
   }
   out += "  \"anyone\" [shape=plaintext];\n";
