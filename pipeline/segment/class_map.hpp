@@ -12,7 +12,7 @@
 
 namespace tactus::segment {
 
-/// The file:
+/// The file (ASCII):
 ///
 ///     [network]
 ///     name = "deeplabv3_mnv2_ade20k"

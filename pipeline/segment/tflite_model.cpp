@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <memory>
 #include <optional>
 
@@ -30,6 +31,13 @@ std::string printable(const flatbuffers::String* name) {
     out.push_back(c >= 0x20 && c < 0x7f ? c : '?');
   }
   return out;
+}
+
+/// The verifier holds vectors to the alignment of their length field, 4; a file may put longs there.
+std::int64_t unaligned(const flatbuffers::Vector<std::int64_t>& values, std::uint32_t index) {
+  std::int64_t value = 0;
+  std::memcpy(&value, values.Data() + index * sizeof value, sizeof value);
+  return flatbuffers::EndianScalar(value);
 }
 
 ElementType element_type(tflite::TensorType type) {
@@ -254,7 +262,7 @@ class Reader {
       const float scale = from->scale()->Get(i);
       if (!(scale > 0) || !std::isnormal(scale))
         return fail_tensor(index, "scale " + std::to_string(i) + " is not a positive number");
-      const std::int64_t zero = zero_count == 0 ? 0 : from->zero_point()->Get(i);
+      const std::int64_t zero = zero_count == 0 ? 0 : unaligned(*from->zero_point(), i);
       if (zero < low || zero > high)
         return fail_tensor(index, "zero point " + std::to_string(zero) + " does not fit its type");
       to.quantization.scales.push_back(scale);

@@ -59,6 +59,8 @@ TEST(ClassMap, MistakesAreNamedWithFileLineAndKey) {
       {"[network]", "[netwerk]", "map.toml:1: netwerk: unknown key"},
       {"[[class]]", "[[clas]]", "clas: unknown key"},
       {"name = \"net\"", "name = ", "map.toml:2: "},
+      {"name = \"wall\"", "name = \"w\u00e4ll\"", "map.toml:9: holds a character outside ASCII"},
+      {"[network]", "[%", "map.toml:1: "},  // aborted inside the TOML library once
   };
   for (const Case& c : cases) {
     std::string text = kGood;
