@@ -1,0 +1,28 @@
+// The same map and the same poses, to the bit, on every processor and with every instruction set.
+#include <gtest/gtest.h>
+
+#include <cstdio>
+
+#include "tests/pipeline/spine/session.hpp"
+
+namespace tactus {
+namespace {
+
+// When the pipeline is changed on purpose these change: run the test on x86-64, write down what it printed,
+// and let the aarch64 run confirm it.
+constexpr std::uint64_t kGeometryHash = 0x1b968e87a2e60b07ULL, kPosesHash = 0xaa6d11819b8f3376ULL;
+
+TEST(SpineSmoke, MapAndPosesAreTheSameOnEveryProcessor) {
+  test::Session sut("synthetic:bedroom?mode=320x240&frames=8&seed=5");
+  while (sut.step()) ASSERT_EQ(sut.status, rt::Status::ok) << "frame " << sut.frame();
+  const std::uint64_t geometry = sut.spine.map().hash_content().geometry, poses = test::hash_of(sut.poses);
+  char constants[128];
+  std::snprintf(constants, sizeof constants, "kGeometryHash = 0x%016llxULL, kPosesHash = 0x%016llxULL",
+                static_cast<unsigned long long>(geometry), static_cast<unsigned long long>(poses));
+  EXPECT_EQ(geometry, kGeometryHash) << "this run: " << constants;
+  EXPECT_EQ(poses, kPosesHash) << "this run: " << constants;
+  EXPECT_GT(sut.spine.map().blocks_used(), 500U);
+}
+
+}  // namespace
+}  // namespace tactus
