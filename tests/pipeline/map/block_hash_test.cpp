@@ -103,7 +103,7 @@ TEST(BlockHash, NoKeyIsNeverFound) {
 
 TEST(BlockHash, ReadersAlwaysFindWhatIsNeverErased) {
   constexpr std::size_t kCapacity = 64;
-  constexpr int kErasesCount = 20000;
+  constexpr int kErasesCount = 300000;
   OwnedHash owned(kCapacity);
   BlockHash& sut = owned.hash;
   // All in a few runs: each erase shifts keys that stay.
@@ -142,7 +142,7 @@ TEST(BlockHash, ReadersAlwaysFindWhatIsNeverErased) {
     }
     present[i] = !present[i];
     // A map evicts a few blocks a frame, not back to back: a reader's eight tries must outlast a burst only.
-    const int spins = static_cast<int>(random() % 300);
+    const int spins = static_cast<int>(random() % 60);
     for (int s = 0; s < spins; ++s) pause.store(s, std::memory_order_relaxed);
   }
   is_over = true;
