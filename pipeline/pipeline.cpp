@@ -74,10 +74,7 @@ rt::Result<void> Pipeline::plan(const PipelineSetup& setup, rt::MemoryPlan& plan
         segment::Segmenter::bytes_needed({setup.model, setup.class_map, color.width, color.height});
     if (!bytes) return bytes.error();
     options.network_bytes = *bytes;
-    // Known only once the network is built; no score image is larger than a quarter of the input each way and
-    // more.
-    options.scores_width = kSourceScoresWidth;
-    options.scores_height = kSourceScoresHeight;
+    options.scores_width = options.scores_height = kScoresSideMax;  // known exactly once the network is built
   }
   plan_memory(setup.profile, setup.sensor->calibration, options, plan);
   const std::size_t counted = plan.total_bytes() - options.network_bytes;
@@ -106,9 +103,12 @@ rt::Result<void> Pipeline::bind(const PipelineSetup& setup, rt::MemoryPlan& plan
                                           plan.take("network"));
     if (!bound) return bound.error();
     segmenter_ = std::move(*bound);
-    if (segmenter_->scores_width() > kSourceScoresWidth || segmenter_->scores_height() > kSourceScoresHeight)
+    if (segmenter_->scores_width() > kScoresSideMax || segmenter_->scores_height() > kScoresSideMax)
       return rt::Error{rt::ExitCode::bad_usage,
-                       "The network's scores are larger than 160x120: cut it before its resize."};
+                       "The network's scores are " + std::to_string(segmenter_->scores_width()) + "x" +
+                           std::to_string(segmenter_->scores_height()) + ", more than the " +
+                           std::to_string(kScoresSideMax) +
+                           " pixels each way that are planned for: cut it before its resize."};
   }
   contact::WorldConfig world;
   world.bodies_capacity = setup.profile.bodies_capacity;
@@ -273,7 +273,7 @@ rt::Status Pipeline::spine_round(rt::Clock clock, rt::HostTime deadline) noexcep
   FrameVerdict& verdict = verdicts_[frame.id().slot()];
   verdict = {tracked, spine_.frame_index(), result.T_world_depth};
   pose_in_->push({frame->header.time.ns, verdict.frame_index, tracked == rt::Status::ok ? 1u : 0u,
-                   result.T_world_depth});
+                  result.T_world_depth});
   if (tracked == rt::Status::ok) {
     ++counts_.frames_tracked;
     if (trajectory_.size() < trajectory_.capacity())
@@ -347,10 +347,11 @@ void Pipeline::fuse_answered() noexcept {
     // Labels taken from the source lie in the depth camera's pixels, whatever the colour camera is.
     if (setup_.labels_from_source) labels.rig.registered = true;
     const segment::MaterialScores& scores = keyframe.scores;
-    labels.scores = {scores.probability.data(), scores.width,      scores.height,    scores.columns.scale,
+    labels.scores = {scores.probability.data(), scores.width,      scores.height,     scores.columns.scale,
                      scores.columns.offset,     scores.rows.scale, scores.rows.offset};
     labels.index = spine_.frame_index();
-    // The blocks of now stand for those of the keyframe: what left the view meanwhile is labelled by a later one.
+    // The blocks of now stand for those of the keyframe: what left the view meanwhile is labelled by a later
+    // one.
     const auto blocks = spine_.active().blocks();
     map::fuse_labels(spine_.map(), labels, blocks.first(std::min(blocks.size(), kBlocksPerFuse)));
     ++counts_.keyframes_segmented;

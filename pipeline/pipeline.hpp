@@ -88,6 +88,7 @@ class Pipeline {
 
   static constexpr int kSourceScoresWidth = 160,
                        kSourceScoresHeight = 120;  // of labels taken from the source
+  static constexpr int kScoresSideMax = 192;  // of a network's score image, pixels each way
 
   /// Boot: the table for this setup; then, with the table carved, every stage takes its memory and is warmed
   /// up.

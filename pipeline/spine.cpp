@@ -21,6 +21,8 @@ std::size_t pixels_count(const hal::Intrinsics& camera) {
 
 // A proposal may lie this far from the truth; acceptance is stricter than for a frame that follows its
 // predecessor, because a wrong acceptance spoils the map.
+constexpr double kStillM = 3e-4, kStillTurn = 2e-4;
+
 constexpr double kRelocalizeShiftM = 0.8, kRelocalizeTurn = 0.8;
 constexpr double kRelocalizeInlierShare = 0.75;
 
@@ -29,7 +31,7 @@ constexpr double kRelocalizeInlierShare = 0.75;
 std::size_t Spine::bytes_needed(const hal::RigCalibration& rig, const SpineConfig& config) {
   const std::size_t n = pixels_count(rig.depth), half = n / 4;
   const bool remap = rig.depth.has_distortion();
-  std::size_t bytes = rt::bytes_of<std::uint16_t>(n) + rt::bytes_of<float>(half) +
+  std::size_t bytes = rt::bytes_of<std::uint16_t>(n) + 3 * rt::bytes_of<float>(half) +
                       rt::bytes_of<std::uint32_t>(half) +
                       rt::bytes_of<float>(tile_scratch_count(rig.depth.width, rig.depth.height)) +
                       rt::bytes_of<std::uint32_t>(n) +
@@ -59,6 +61,8 @@ void Spine::bind(rt::Slice map_memory, rt::Slice memory, const hal::RigCalibrati
   depth_ = memory.take<std::uint16_t>(n);
   half_m_ = memory.take<float>(half);
   half_color_ = memory.take<std::uint32_t>(half);
+  live_luma_ = memory.take<float>(half);
+  model_luma_ = memory.take<float>(half);
   tile_scratch_ = memory.take<float>(tile_scratch_count(rig.depth.width, rig.depth.height));
   image_ = {memory.take<std::uint32_t>(n),
             memory.take<std::uint16_t>(tiles_count(rig.depth.width, rig.depth.height) + 1)};
@@ -119,6 +123,7 @@ rt::Status Spine::register_frame(std::span<const std::uint16_t> raw_depth,
       half_color_projected(rgb, rig_, half_m_, half_camera_, nearest_z_m_, half_color_, color_pixel_);
     }
   }
+  if (has_color_now_) track::luma_of(half_color_, live_luma_);
   const bool blank =
       static_cast<float>(valid_count_) < config_.valid_share_min * static_cast<float>(depth_.size());
   return blank ? rt::Status::corrupt : rt::Status::ok;
@@ -155,8 +160,8 @@ bool Spine::try_pose(const T_WorldDepth& T_world_guess) noexcept {
                        kMarchDepthM, model_);
     });
     if (stage.stride == kFineStride) strict.inlier_share_min = kRelocalizeInlierShare;
-    result_.track =
-        track::track_frame({&model_, half_m_, pivot_z_m_}, stage.levels, track::T_ViewLive{}, strict, *pool_);
+    result_.track = track::track_frame({&model_, half_m_, pivot_z_m_, {}, {}}, stage.levels,
+                                       track::T_ViewLive{}, strict, *pool_);
     if (result_.track.status != rt::Status::ok || result_.track.held_count > 0) return false;
     const auto& T = result_.track.T_view_live;
     pose = T_WorldDepth{pose.rotation, pose.translation} * Transform<Depth, Depth>{T.rotation, T.translation};
@@ -182,12 +187,19 @@ rt::Status Spine::track() noexcept {
   if (map_.blocks_used() == 0) {
     result_.status = rt::Status::ok;  // the first frame defines the world
   } else if (has_model_) {
-    const track::IcpInput input{&model_, half_m_, pivot_z_m_};
+    track::IcpInput input{&model_, half_m_, pivot_z_m_, {}, {}};
+    if (has_color_now_ && model_has_luma_) {
+      input.model_luma = model_luma_;
+      input.live_luma = live_luma_;
+    }
     result_.track = track::track_frame(input, track::kTrackLevels, velocity_, config_.track, *pool_);
     if (result_.track.status == rt::Status::ok) {
       velocity_ = result_.track.T_view_live;
       const Transform<Depth, Depth> motion{velocity_.rotation, velocity_.translation};
-      T_world_depth_ = (T_WorldDepth{model_.T_world_view} * motion).orthonormalized();
+      // A camera that stands still is held: the estimate's own noise would walk. The model view stays at the
+      // held pose, so slow motion adds up until it shows, and the pose is never off by more than this.
+      if (motion.translation.norm() > kStillM || track::small_angle(motion.rotation) > kStillTurn)
+        T_world_depth_ = (T_WorldDepth{model_.T_world_view} * motion).orthonormalized();
       result_.status = rt::Status::ok;
     }
   }
@@ -243,6 +255,8 @@ rt::Status Spine::predict() noexcept {
     map::predict_normals(chunk * kRowsPerChunk, std::min(model_.camera.height, (chunk + 1) * kRowsPerChunk),
                          model_);
   });
+  std::swap(live_luma_, model_luma_);
+  model_has_luma_ = has_color_now_;
   has_model_ = true;
   return rt::Status::ok;
 }

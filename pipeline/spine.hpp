@@ -100,10 +100,11 @@ class Spine {
   std::span<std::uint16_t> undistorted_;
   std::span<float> half_m_;
   std::span<std::uint32_t> half_color_, color_pixel_;
+  std::span<float> live_luma_, model_luma_;  // brightness now, and of the frame the model view was made with
   std::span<float> nearest_z_m_;
   std::span<float> tile_scratch_;
   IntegrationImage image_;
-  bool has_color_now_ = false;
+  bool has_color_now_ = false, model_has_luma_ = false;
   bool has_model_ = false;
   std::uint32_t frame_index_ = 0;
   std::uint32_t valid_count_ = 0;

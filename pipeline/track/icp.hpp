@@ -6,6 +6,11 @@
 // the pixel p projects to is r = n . (T q - p); a left increment (w, v) of T = T_view_live changes it by (q'
 // x n) . w + n . v, q' = T q, taken about a pivot in the middle of the view so that turning and shifting
 // decouple.
+//
+// Where colour is known, brightness joins in: the view's pixels against the live image at the place they project to
+// (Steinbruecker et al. 2011). With g the brightness gradient as a vector in space (image gradient times the
+// projection's Jacobian) its residual changes by -((q' x g) . w + g . v): the same sums with -g for n. It holds what
+// geometry leaves open, a flat wall above all.
 #pragma once
 
 #include <array>
@@ -51,7 +56,13 @@ struct IcpInput {
   const map::ModelView* model = nullptr;
   std::span<const float> live_m;
   float pivot_z_m = 2.0f;
+  std::span<const float> model_luma,
+      live_luma;  // brightness 0..255 per pixel, < 0 unknown; empty: geometry only
 };
+
+/// Half-resolution brightness of packed colours (pipeline/register/half_color.hpp): (R + 2 G + B) / 4, -1
+/// where unknown.
+void luma_of(std::span<const std::uint32_t> half_color, std::span<float> luma) noexcept;
 
 /// Rows of one chunk of the strided grid: the unit of the fixed reduction tree, whatever the number of
 /// threads.

@@ -38,6 +38,40 @@ IcpSums icp_accumulate_reference(const IcpInput& input, const T_ViewLive& T_view
       sums.inliers_count += 1;
       const Vec3d n{static_cast<double>(model.nx[at]), static_cast<double>(model.ny[at]),
                     static_cast<double>(model.nz[at])};
+      const auto add = [&](const Vec3d& direction, double w, double r) {
+        const Vec3d turn = Vec3d{q.x, q.y, q.z - static_cast<double>(input.pivot_z_m)}.cross(direction);
+        const double j[6] = {turn.x, turn.y, turn.z, direction.x, direction.y, direction.z};
+        std::size_t k = 0;
+        for (std::size_t i = 0; i < 6; ++i) {
+          for (std::size_t m = i; m < 6; ++m) sums.h[k++] += w * j[i] * j[m];
+          sums.b[i] += w * r * j[i];
+        }
+      };
+      if (!input.model_luma.empty() && !input.live_luma.empty()) {
+        const double fu = l.x / l.z * camera.fx + camera.cx, fv = l.y / l.z * camera.fy + camera.cy;
+        const auto width = static_cast<std::size_t>(camera.width);
+        if (row >= 1 && row < camera.height - 1 && column >= 1 && column < camera.width - 1 && fu > 0 &&
+            fv > 0 && fu < camera.width - 1 && fv < camera.height - 1) {
+          const double u0 = std::floor(fu), v0 = std::floor(fv), tu = fu - u0, tv = fv - v0;
+          const std::size_t corner = static_cast<std::size_t>(v0) * width + static_cast<std::size_t>(u0);
+          const auto live = [&](std::size_t i) { return static_cast<double>(input.live_luma[i]); };
+          const auto view = [&](std::size_t i) { return static_cast<double>(input.model_luma[i]); };
+          const double all[9] = {
+              live(corner), live(corner + 1), live(corner + width), live(corner + width + 1), view(at),
+              view(at - 1), view(at + 1),     view(at - width),     view(at + width)};
+          const double top = all[0] + (all[1] - all[0]) * tu, bottom = all[2] + (all[3] - all[2]) * tu;
+          const double r_grey = top + (bottom - top) * tv - all[4];
+          if (*std::min_element(all, all + 9) >= 0 &&
+              std::fabs(r_grey) < static_cast<double>(IcpConstants::kGreyGate)) {
+            const double limit = static_cast<double>(IcpConstants::kGreyHuber);
+            const double w = std::fabs(r_grey) > limit ? limit / std::fabs(r_grey) : 1.0;
+            const double per_grey = static_cast<double>(IcpConstants::kMetresPerGrey);
+            const double gx = -0.5 * per_grey * (all[6] - all[5]) * camera.fx / z;
+            const double gy = -0.5 * per_grey * (all[8] - all[7]) * camera.fy / z;
+            add({gx, gy, -(gx * p.x + gy * p.y) / z}, w, r_grey * per_grey);
+          }
+        }
+      }
       if (!(n.z < 0)) continue;
       const double r = n.dot(e);
       const double off = depth - 0.4;
@@ -45,14 +79,7 @@ IcpSums icp_accumulate_reference(const IcpInput& input, const T_ViewLive& T_view
                            static_cast<double>(IcpConstants::kSigmaSlope) * off * off;
       const double limit = static_cast<double>(IcpConstants::kHuberSigmas) * sigma;
       const double w = std::fabs(r) > limit ? limit / std::fabs(r) : 1.0;
-      const Vec3d lever{q.x, q.y, q.z - static_cast<double>(input.pivot_z_m)};
-      const Vec3d turn = lever.cross(n);
-      const double j[6] = {turn.x, turn.y, turn.z, n.x, n.y, n.z};
-      std::size_t k = 0;
-      for (std::size_t i = 0; i < 6; ++i) {
-        for (std::size_t m = i; m < 6; ++m) sums.h[k++] += w * j[i] * j[m];
-        sums.b[i] += w * r * j[i];
-      }
+      add(n, w, r);
       sums.weighted_residual2 += w * r * r;
       sums.weight += w;
     }

@@ -9,7 +9,7 @@
 namespace tactus::track {
 namespace {
 
-constexpr int kChunksMax = 40;  // 270 rows of the widest mode; 256 bytes each
+constexpr int kChunksMax = 40;              // 270 rows of the widest mode; 256 bytes each
 constexpr double kConvergedM = 2e-5;        // an increment below 20 um ...
 constexpr double kConvergedRadians = 1e-5;  // ... and 20 um at two metres ends a level
 
