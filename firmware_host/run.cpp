@@ -46,6 +46,27 @@ rt::Result<Gravity> find_gravity(const RunOptions& options, const hal::Sensor& s
   return Gravity{{0, 1, 0}, "none: the camera is taken as level"};
 }
 
+// Without a script: a ball is dropped onto the nearest surface, and three are tossed along the view, so that
+// something lands in sight whatever the camera looks at.
+std::vector<interact::Throw> built_in_throws() {
+  std::vector<interact::Throw> throws = interact::default_drop_script();
+  constexpr struct {
+    std::int64_t at_ms;
+    std::string_view material;
+    double speed;
+  } kTosses[] = {{500, "plastic", 1.2}, {1200, "wood", 1.6}, {2000, "leather", 2.0}};
+  for (const auto& toss : kTosses) {
+    interact::Throw ball;
+    ball.at_time = rt::Duration{toss.at_ms * 1'000'000};
+    ball.shape = contact::Shape::sphere(0.08);
+    ball.material = material_from_name(toss.material);
+    ball.in_front_m = 0.6;
+    ball.speed_m_per_s = toss.speed;
+    throws.push_back(ball);
+  }
+  return throws;
+}
+
 }  // namespace
 
 rt::Result<std::string> run(const RunOptions& options) {
@@ -91,7 +112,7 @@ rt::Result<std::string> run(const RunOptions& options) {
     setup.materials = *table;
   }
   if (options.script.empty()) {
-    setup.throws = interact::default_drop_script();
+    setup.throws = built_in_throws();
   } else {
     auto script = interact::load_drop_script(options.script.string());
     if (!script) return script.error();

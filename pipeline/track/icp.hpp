@@ -7,10 +7,10 @@
 // x n) . w + n . v, q' = T q, taken about a pivot in the middle of the view so that turning and shifting
 // decouple.
 //
-// Where colour is known, brightness joins in: the view's pixels against the live image at the place they project to
-// (Steinbruecker et al. 2011). With g the brightness gradient as a vector in space (image gradient times the
-// projection's Jacobian) its residual changes by -((q' x g) . w + g . v): the same sums with -g for n. It holds what
-// geometry leaves open, a flat wall above all.
+// Where colour is known, brightness joins in: the view's pixels against the live image at the place they
+// project to (Steinbruecker et al. 2011). With g the brightness gradient as a vector in space (image gradient
+// times the projection's Jacobian) its residual changes by -((q' x g) . w + g . v): the same sums with -g for
+// n. It holds what geometry leaves open, a flat wall above all.
 #pragma once
 
 #include <array>
@@ -56,8 +56,8 @@ struct IcpInput {
   const map::ModelView* model = nullptr;
   std::span<const float> live_m;
   float pivot_z_m = 2.0f;
-  std::span<const float> model_luma,
-      live_luma;  // brightness 0..255 per pixel, < 0 unknown; empty: geometry only
+  // Brightness 0..255 per pixel, < 0 unknown; empty: geometry only.
+  std::span<const float> model_luma{}, live_luma{};
 };
 
 /// Half-resolution brightness of packed colours (pipeline/register/half_color.hpp): (R + 2 G + B) / 4, -1

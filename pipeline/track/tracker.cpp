@@ -44,9 +44,15 @@ TrackResult track_frame(const IcpInput& input, std::span<const IcpLevel> levels,
   const double lever = 0.5 * pivot;  // half the view's width at the pivot is about half its distance
   IcpSums sums;
   bool first = true;
+  IcpInput used = input;
+  used.model_luma = used.live_luma = {};
+  if (!input.live_luma.empty() && !levels.empty()) {
+    const IcpStep probe = icp_solve(accumulate(used, T, levels.front(), pool), lever, config.information_min);
+    if (probe.information[5] < config.brightness_below) used = input;
+  }
   for (const IcpLevel& level : levels) {
     for (int iteration = 0; iteration < level.iterations_max; ++iteration) {
-      sums = accumulate(input, T, level, pool);
+      sums = accumulate(used, T, level, pool);
       ++result.iterations_count;
       const IcpStep step = icp_solve(sums, lever, config.information_min);
       result.held_count = step.held_count;

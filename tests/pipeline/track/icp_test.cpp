@@ -5,8 +5,11 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <random>
 
+#include "pipeline/track/tracker.hpp"
+#include "rt/worker_pool.hpp"
 #include "tests/pipeline/track/plane_room.hpp"
 
 namespace tactus::track {
@@ -36,16 +39,21 @@ std::vector<double> numbers_of(const IcpSums& sums) {
   return all;
 }
 
-// A corner with depth noise, holes in both images and cleared normals.
+// A corner with depth noise, holes in both images, cleared normals, and brightness with unknown pixels.
 struct NoisyCorner {
   ModelOfPlanes model{corner()};
   std::vector<float> live = live_view(corner(), motion({0.02, -0.03, 0.01}, {0.02, -0.01, 0.03}));
+
+  std::vector<float> model_luma = std::vector<float>(live.size()), live_luma = model_luma;
 
   explicit NoisyCorner(std::uint64_t seed) {
     std::mt19937_64 random(seed);
     std::uniform_real_distribution<float> uniform(-1, 1);
     for (std::size_t i = 0; i < live.size(); ++i) {
       live[i] += 0.01f * uniform(random);
+      const auto wave = 60.0f + 50.0f * std::sin(static_cast<float>(i) * 0.05f);
+      model_luma[i] = random() % 20 == 0 ? -1.0f : 20.0f + wave;
+      live_luma[i] = random() % 20 == 0 ? -1.0f : 25.0f + wave + 3.0f * uniform(random);
       if (random() % 10 == 0) live[i] = 0;
       if (random() % 10 == 0) model.view.z_m[i] = 0;
       if (random() % 10 == 0) model.view.nx[i] = model.view.ny[i] = model.view.nz[i] = 0;
@@ -56,7 +64,7 @@ struct NoisyCorner {
 TEST(IcpAccumulate, EqualsTheDoubleReferenceUpToRounding) {
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     NoisyCorner room(seed);
-    const IcpInput input{&room.model.view, room.live, 2.0f};
+    const IcpInput input{&room.model.view, room.live, 2.0f, room.model_luma, room.live_luma};
     for (const IcpLevel& level : kTrackLevels)
       for (const T_ViewLive& T : {T_ViewLive{}, motion({0.02, -0.03, 0.01}, {0.02, -0.01, 0.03})}) {
         const auto sut = all_chunks(input, T, level, icp_accumulate);
@@ -68,18 +76,19 @@ TEST(IcpAccumulate, EqualsTheDoubleReferenceUpToRounding) {
         EXPECT_NEAR(sut.model_count, expected.model_count, 2);
         EXPECT_NEAR(sut.weight, expected.weight, 0.002 * expected.weight);
         EXPECT_NEAR(sut.weighted_residual2, expected.weighted_residual2, 0.005 * expected.weighted_residual2);
-        for (std::size_t i = 0; i < 21; ++i)
-          EXPECT_NEAR(sut.h[i], expected.h[i], 0.003 * expected.weight) << i;
-        const double residual_m = std::sqrt(expected.weighted_residual2 / expected.weight);
-        for (std::size_t i = 0; i < 6; ++i)
-          EXPECT_NEAR(sut.b[i], expected.b[i], 0.005 * expected.weight * residual_m) << i;
+        double largest = expected.weight;
+        for (const double h : expected.h) largest = std::max(largest, std::fabs(h));
+        for (std::size_t i = 0; i < 21; ++i) EXPECT_NEAR(sut.h[i], expected.h[i], 0.01 * largest) << i;
+        double largest_b = 0;
+        for (const double b : expected.b) largest_b = std::max(largest_b, std::fabs(b));
+        for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(sut.b[i], expected.b[i], 0.02 * largest_b) << i;
       }
   }
 }
 
 TEST(IcpAccumulate, EveryInstructionSetGivesTheSameBits) {
   NoisyCorner room(7);
-  const IcpInput input{&room.model.view, room.live, 2.0f};
+  const IcpInput input{&room.model.view, room.live, 2.0f, room.model_luma, room.live_luma};
   const T_ViewLive T = motion({0.01, 0.02, -0.01}, {0.01, 0.01, 0.02});
   for (const IcpLevel& level : kTrackLevels) {
     std::vector<std::vector<double>> results;
@@ -95,6 +104,41 @@ TEST(IcpAccumulate, EveryInstructionSetGivesTheSameBits) {
         EXPECT_EQ(std::bit_cast<std::uint64_t>(result[i]), std::bit_cast<std::uint64_t>(results[0][i]))
             << "number " << i << " at stride " << level.stride;
   }
+}
+
+// Geometry says nothing about a shift along a wall: only its texture can.
+TEST(TrackFrame, TexturedWallFollowsASidewaysShift) {
+  constexpr int kWidth = 160, kHeight = 120;
+  constexpr double kFocal = 131, kDepthM = 2, kShiftM = 0.02;
+  std::vector<float> planes(6 * kWidth * kHeight, 0.0f);
+  const auto plane = [&](std::size_t i) {
+    return std::span(planes).subspan(i * kWidth * kHeight, kWidth * kHeight);
+  };
+  map::ModelView view;
+  view.camera = {kWidth, kHeight, kFocal, kFocal, 79.5, 59.5};
+  view.z_m = plane(0);
+  view.nx = plane(1);
+  view.ny = plane(2);
+  view.nz = plane(3);
+  std::fill(view.z_m.begin(), view.z_m.end(), static_cast<float>(kDepthM));
+  std::fill(view.nz.begin(), view.nz.end(), -1.0f);
+  const std::vector<float> live(kWidth * kHeight, static_cast<float>(kDepthM));
+  std::vector<float> model_luma(live.size()), live_luma(live.size());
+  const auto texture = [](double x, double y) {
+    return static_cast<float>(128 + 60 * std::sin(9 * x) * std::cos(7 * y) + 20 * std::sin(3 * x + 5 * y));
+  };
+  for (int v = 0; v < kHeight; ++v)
+    for (int u = 0; u < kWidth; ++u) {
+      const double x = (u - 79.5) / kFocal * kDepthM, y = (v - 59.5) / kFocal * kDepthM;
+      model_luma[static_cast<std::size_t>(v * kWidth + u)] = texture(x, y);
+      live_luma[static_cast<std::size_t>(v * kWidth + u)] = texture(x + kShiftM, y);
+    }
+  rt::WorkerPool pool;
+  const auto sut = track_frame({&view, live, 2.0f, model_luma, live_luma}, kTrackLevels, T_ViewLive{},
+                               TrackConfig{.information_min = 1e-9}, pool);
+  EXPECT_EQ(sut.status, rt::Status::ok);
+  EXPECT_NEAR(sut.T_view_live.translation.x, kShiftM, 0.001);
+  EXPECT_NEAR(sut.T_view_live.translation.y, 0, 0.001);
 }
 
 // One model point at a time: the row of the Jacobian is b / r, against central differences of the residual.
@@ -180,7 +224,8 @@ TEST_P(IcpFlatWall, HoldsExactlyWhatCannotBeObserved) {
   for (int i = 0; i < 6; ++i) {
     EXPECT_EQ(step.information[static_cast<std::size_t>(i)] >= 0.004, i < 3) << i;
     if (i > 0) {
-      EXPECT_LE(step.information[static_cast<std::size_t>(i)], step.information[static_cast<std::size_t>(i - 1)]);
+      EXPECT_LE(step.information[static_cast<std::size_t>(i)],
+                step.information[static_cast<std::size_t>(i - 1)]);
     }
   }
   int held_count = 0;
