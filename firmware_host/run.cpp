@@ -54,7 +54,7 @@ std::vector<interact::Throw> built_in_throws() {
     std::int64_t at_ms;
     std::string_view material;
     double speed;
-  } kTosses[] = {{500, "plastic", 1.2}, {1200, "wood", 1.6}, {2000, "leather", 2.0}};
+  } kTosses[] = {{500, "plastic", 2.6}, {1200, "wood", 3.0}, {2000, "leather", 3.4}};
   for (const auto& toss : kTosses) {
     interact::Throw ball;
     ball.at_time = rt::Duration{toss.at_ms * 1'000'000};
