@@ -35,6 +35,7 @@ std::string escaped(std::string_view text) {
   while (!text.empty()) {
     const std::size_t length = utf8_length(text);
     const char c = text.front();
+    const auto code = static_cast<unsigned char>(c);  // char has no sign on Arm
     if (length == 0) {
       out += kReplacement;
     } else if (length > 1) {
@@ -49,7 +50,7 @@ std::string escaped(std::string_view text) {
       out += "&quot;";
     } else if (c == '\'') {
       out += "&#39;";
-    } else if ((c >= 0 && c < 0x20 && c != '\n' && c != '\t') || c == 0x7F) {
+    } else if ((code < 0x20 && c != '\n' && c != '\t') || code == 0x7F) {
       out += kReplacement;
     } else {
       out += c;
