@@ -1,9 +1,9 @@
 #include "firmware_host/run_settings.hpp"
 
-#include <toml++/toml.h>
-
 #include <array>
 #include <charconv>
+
+#include "hal/toml/toml_text.hpp"
 
 namespace tactus::firmware {
 namespace {
@@ -89,14 +89,11 @@ rt::Result<void> apply(RunSettings& settings, const std::string& key, const std:
 }
 
 rt::Result<void> apply_file(RunSettings& settings, const std::string& file) {
-  toml::table table;
-  try {
-    table = toml::parse_file(file);
-  } catch (const toml::parse_error& error) {
-    return wrong(file + ":" + std::to_string(error.source().begin.line),
-                 std::string(error.description()) + ".");
-  }
-  for (const auto& [group, node] : table) {
+  const auto content = hal::read_settings_file(file, "settings");
+  if (!content) return content.error();
+  const auto table = hal::parse_toml(*content, file, rt::ExitCode::bad_usage);
+  if (!table) return table.error();
+  for (const auto& [group, node] : *table) {
     const auto one = [&](const std::string& key, const toml::node& value) -> rt::Result<void> {
       const std::string where = file + ":" + std::to_string(value.source().begin.line);
       if (const auto number = value.value<double>()) {

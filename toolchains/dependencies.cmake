@@ -4,7 +4,7 @@ find_package(PkgConfig REQUIRED)
 find_package(Eigen3 REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(CLI11 REQUIRED)
-pkg_check_modules(TOMLPLUSPLUS REQUIRED IMPORTED_TARGET tomlplusplus)
+find_path(TOMLPLUSPLUS_INCLUDE_DIR toml++/toml.h REQUIRED)
 pkg_check_modules(HWY REQUIRED IMPORTED_TARGET libhwy)
 if(CMAKE_SYSTEM_PROCESSOR STREQUAL aarch64)
   # NEON alone: vectors whose size is only known at run time (SVE) cannot be members, and headsets do not have them.

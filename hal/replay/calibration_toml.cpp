@@ -1,6 +1,4 @@
 // parse_calibration_toml alone: the one file here that knows the TOML library.
-#include <toml++/toml.h>
-
 #include <array>
 #include <cmath>
 #include <initializer_list>
@@ -9,6 +7,7 @@
 #include "hal/replay/intrinsics_file.hpp"
 #include "hal/replay/poses.hpp"
 #include "hal/replay/text.hpp"
+#include "hal/toml/toml_text.hpp"
 
 namespace tactus::hal::replay {
 namespace {
@@ -182,13 +181,9 @@ rt::Result<RigCalibration> read_root(const toml::table& root, std::string_view f
 }  // namespace
 
 rt::Result<RigCalibration> parse_calibration_toml(std::string_view text, std::string_view file) {
-  try {
-    const toml::table root = toml::parse(text, file);
-    return read_root(root, file);
-  } catch (const toml::parse_error& error) {
-    return bad_input(file, static_cast<int>(error.source().begin.line),
-                     "not TOML: " + std::string(error.description()));
-  }
+  const auto root = parse_toml(text, std::string(file), rt::ExitCode::bad_input);
+  if (!root) return root.error();
+  return read_root(*root, file);
 }
 
 }  // namespace tactus::hal::replay

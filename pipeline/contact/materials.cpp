@@ -1,15 +1,8 @@
 #include "pipeline/contact/materials.hpp"
 
-#include <filesystem>
-#include <fstream>
 #include <sstream>
 
-// Debian's compiled toml++ throws; the header-only form without exceptions answers with parse_result.
-#undef TOML_HEADER_ONLY
-#undef TOML_SHARED_LIB
-#define TOML_HEADER_ONLY 1
-#define TOML_EXCEPTIONS 0
-#include <toml++/toml.h>
+#include "hal/toml/toml_text.hpp"
 
 namespace tactus::contact {
 namespace {
@@ -73,11 +66,9 @@ rt::Result<double> read_number(const toml::node& node, const Key& key, const std
 }  // namespace
 
 rt::Result<MaterialTable> parse_material_table(std::string_view text, const std::string& file) {
-  const toml::parse_result parsed = toml::parse(text, std::string_view(file));
-  if (!parsed)
-    return complaint(file, parsed.error().source(),
-                     "not valid TOML: " + std::string(parsed.error().description()));
-  const toml::table& root = parsed.table();
+  const auto parsed = hal::parse_toml(text, file, rt::ExitCode::bad_usage);
+  if (!parsed) return parsed.error();
+  const toml::table& root = *parsed;
 
   for (const auto& [name, node] : root) {
     if (material_from_name(name.str()) == kUnknownMaterial)
@@ -122,14 +113,9 @@ rt::Result<MaterialTable> parse_material_table(std::string_view text, const std:
 }
 
 rt::Result<MaterialTable> load_material_table(const std::string& path) {
-  std::error_code unknown;
-  const bool is_folder = std::filesystem::is_directory(path, unknown);
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  if (file && !is_folder) text << file.rdbuf();
-  if (!file || is_folder)
-    return rt::Error{rt::ExitCode::bad_usage, path + ": the materials table cannot be read"};
-  return parse_material_table(text.str(), path);
+  const auto text = hal::read_settings_file(path, "materials table");
+  if (!text) return text.error();
+  return parse_material_table(*text, path);
 }
 
 MaterialTable default_material_table() {

@@ -1,17 +1,9 @@
 #include <array>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <sstream>
 
+#include "hal/toml/toml_text.hpp"
 #include "pipeline/interact/drop_script.hpp"
-
-// Debian's compiled toml++ throws; the header-only form without exceptions answers with parse_result.
-#undef TOML_HEADER_ONLY
-#undef TOML_SHARED_LIB
-#define TOML_HEADER_ONLY 1
-#define TOML_EXCEPTIONS 0
-#include <toml++/toml.h>
 
 namespace tactus::interact {
 namespace {
@@ -133,17 +125,16 @@ void read_place(ThrowReader& reader, Throw& what) {
 }  // namespace
 
 rt::Result<std::vector<Throw>> parse_drop_script(std::string_view text, const std::string& file) {
-  const toml::parse_result parsed = toml::parse(text, std::string_view(file));
+  const auto parsed = hal::parse_toml(text, file, rt::ExitCode::bad_usage);
+  if (!parsed) return parsed.error();
   const auto complaint = [&file](const toml::source_region& where, const std::string& what) {
     return rt::Error{rt::ExitCode::bad_usage, file + ":" + std::to_string(where.begin.line) + ": " + what};
   };
-  if (!parsed)
-    return complaint(parsed.error().source(), "not valid TOML: " + std::string(parsed.error().description()));
-  for (const auto& [name, node] : parsed.table())
+  for (const auto& [name, node] : *parsed)
     if (name.str() != "throw")
       return complaint(node.source(),
                        "unknown key \"" + std::string(name.str()) + "\"; a script has [[throw]] entries");
-  const toml::node* node = parsed.table().get("throw");
+  const toml::node* node = parsed->get("throw");
   if (node == nullptr) return rt::Error{rt::ExitCode::bad_usage, file + ": the script has no [[throw]]"};
   const toml::array* entries = node->as_array();
   if (entries == nullptr) return complaint(node->source(), "write [[throw]] with two brackets");
@@ -172,13 +163,9 @@ rt::Result<std::vector<Throw>> parse_drop_script(std::string_view text, const st
 }
 
 rt::Result<std::vector<Throw>> load_drop_script(const std::string& path) {
-  std::error_code unknown;
-  const bool is_folder = std::filesystem::is_directory(path, unknown);
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  if (file && !is_folder) text << file.rdbuf();
-  if (!file || is_folder) return rt::Error{rt::ExitCode::bad_usage, path + ": the script cannot be read"};
-  return parse_drop_script(text.str(), path);
+  const auto text = hal::read_settings_file(path, "script");
+  if (!text) return text.error();
+  return parse_drop_script(*text, path);
 }
 
 }  // namespace tactus::interact

@@ -1,15 +1,9 @@
 #include "pipeline/segment/class_map.hpp"
 
-// toml++ 3.3 asserts (or, with NDEBUG and clang, assumes) what a malformed table header breaks, just before
-// it checks and reports it; without the assertion the report is what we get. A fuzzer found it.
-#undef NDEBUG
-#define TOML_ASSERT(expression) static_assert(true)
-#include <toml++/toml.h>
-
 #include <cmath>
-#include <cstdio>
 #include <initializer_list>
-#include <memory>
+
+#include "hal/toml/toml_text.hpp"
 
 namespace tactus::segment {
 namespace {
@@ -19,13 +13,9 @@ class Parser {
   explicit Parser(const std::string& file) { map_.file = file; }
 
   rt::Result<ClassMap> parse(std::string_view text) {
-    if (!check_ascii(text)) return rt::Error{rt::ExitCode::bad_usage, what_};
-    const toml::parse_result result = toml::parse(text, map_.file);
-    if (!result) {
-      fail(result.error().source().begin.line, "", std::string(result.error().description()));
-    } else {
-      read_file(result.table());
-    }
+    const auto root = hal::parse_toml(text, map_.file, rt::ExitCode::bad_usage);
+    if (!root) return root.error();
+    read_file(*root);
     if (!what_.empty()) return rt::Error{rt::ExitCode::bad_usage, what_};
     return std::move(map_);
   }
@@ -35,16 +25,6 @@ class Parser {
     if (what_.empty())
       what_ = map_.file + ":" + std::to_string(line) + ": " + (key.empty() ? "" : key + ": ") + what;
     return false;
-  }
-  /// toml++ 3.3 runs into undefined behaviour on letters from U+00A1 to U+0499 outside strings (a fuzzer
-  /// found it).
-  bool check_ascii(std::string_view text) {
-    std::size_t line = 1;
-    for (const char c : text) {
-      if (static_cast<unsigned char>(c) > 127) return fail(line, "", "holds a character outside ASCII");
-      line += c == '\n';
-    }
-    return true;
   }
   static std::size_t line_of(const toml::node& node) { return node.source().begin.line; }
 
@@ -166,18 +146,9 @@ rt::Result<ClassMap> parse_class_map(std::string_view text, const std::string& f
 }
 
 rt::Result<ClassMap> load_class_map(const std::string& path) {
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
-  if (file == nullptr)
-    return rt::Error{rt::ExitCode::bad_usage,
-                     path + ": cannot be opened; give an existing class map (.toml)"};
-  std::string text;
-  std::array<char, 4096> chunk{};
-  constexpr std::size_t kBytesMax = 1 << 20;
-  for (std::size_t n = 0; (n = std::fread(chunk.data(), 1, chunk.size(), file.get())) > 0;) {
-    text.append(chunk.data(), n);
-    if (text.size() > kBytesMax) return rt::Error{rt::ExitCode::bad_usage, path + ": is larger than 1 MB"};
-  }
-  return parse_class_map(text, path);
+  const auto text = hal::read_settings_file(path, "class map");
+  if (!text) return text.error();
+  return parse_class_map(*text, path);
 }
 
 }  // namespace tactus::segment

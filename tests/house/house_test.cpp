@@ -26,8 +26,6 @@ constexpr std::array kBootFiles{
     Exception{"rt/heap_guard/", "posix_memalign", "defines the counted heap calls"},
     Exception{"rt/thread.cpp", "fprintf(", "says once at boot that real-time scheduling was refused"},
     Exception{"rt/thread.cpp", "make_unique", "hands a new thread its start arguments, at boot"},
-    Exception{"pipeline/contact/materials.cpp", "std::ifstream", "reads the materials table at boot"},
-    Exception{"pipeline/interact/drop_script_read.cpp", "std::ifstream", "reads the script at boot"},
     Exception{"pipeline/contact/ode_memory.cpp", "free(", "defines the fenced pool's own free"},
     Exception{"pipeline/contact/ode_memory.hpp", "free(", "declares the fenced pool's own free"},
 };

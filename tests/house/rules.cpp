@@ -65,7 +65,7 @@ bool may_include(std::string_view from, std::string_view to) {
   if (from == "firmware_host") return to != "tests";
   if (to == "rt") return true;
   if (from == "rt") return false;
-  if (to == "hal") return true;
+  if (to == "hal" || to == "hal/toml") return true;
   if (from == "hal" || is_hal_backend(from)) return false;
   if (from == "pipeline") return to.starts_with("pipeline/");
   return std::any_of(kStageArrows.begin(), kStageArrows.end(),

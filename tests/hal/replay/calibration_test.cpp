@@ -188,7 +188,7 @@ TEST(CalibrationToml, FaultsNameLineTableAndKey) {
             "calibration.toml:4: [depth] width must be a whole number of pixels, 1 to 8192");
   EXPECT_EQ(message(with("m_per_unit = 0.001", "m_per_unit = 0.0")),
             "calibration.toml:3: [depth] m_per_unit must be 0.000001 to 1 metre");
-  EXPECT_TRUE(message("format = [").starts_with("calibration.toml:1: not TOML: ")) << message("format = [");
+  EXPECT_TRUE(message("format = [").starts_with("calibration.toml:1: not valid TOML: ")) << message("format = [");
   EXPECT_EQ(message("format = 1\nregistered = true\n"), "calibration.toml: the table [depth] is missing");
 }
 

@@ -218,7 +218,8 @@ TEST_P(IcpFlatWall, HoldsExactlyWhatCannotBeObserved) {
   // normal.
   const Vec3d across = n.cross({0.3, 1, 0.2}).normalized();
   const T_ViewLive truth = motion(across * 0.01 + n * 0.02, n * 0.01 + across * 0.03);
-  const IcpInput input{&model.view, live_view(planes, truth), 2.0f};
+  const auto live = live_view(planes, truth);
+  const IcpInput input{&model.view, live, 2.0f};
   IcpStep step = icp_solve(all_chunks(input, {}, kFull, icp_accumulate), 1.0, 0.004);
   EXPECT_EQ(step.held_count, 3);
   for (int i = 0; i < 6; ++i) {
