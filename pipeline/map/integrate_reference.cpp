@@ -1,7 +1,9 @@
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
 #include "pipeline/map/integrate_constants.hpp"
+#include "pipeline/map/reciprocal.hpp"
 #include "pipeline/register/depth_images.hpp"
 
 namespace tactus::map {
@@ -60,36 +62,67 @@ bool IntegrationConstants::colors_due(const Map& map, BlockIndex block) const no
 
 namespace {
 
-struct Measured {
-  bool hit = false;
-  float distance = 0, weight = 0;
-  std::size_t half_pixel = 0;
+// Nearest pixel of a lattice point.
+struct Projected {
+  bool is_finite = false;
+  float u_exact = 0, v_exact = 0;
+  int u = 0, v = 0;
 };
 
-Measured measure(const IntegrationConstants& c, float x, float y, float z) {
+Projected project(const IntegrationConstants& c, const Vec3f& p) {
+  Projected out;
+  const float inverse = reciprocal(p.z);
+  out.u_exact = p.x * inverse + c.cx;
+  out.v_exact = p.y * inverse + c.cy;
+  out.is_finite = std::fabs(out.u_exact) < 1e6f && std::fabs(out.v_exact) < 1e6f;
+  if (!out.is_finite) return out;
+  out.u = static_cast<int>(std::nearbyint(out.u_exact));
+  out.v = static_cast<int>(std::nearbyint(out.v_exact));
+  return out;
+}
+
+struct Tile {
+  float cosine = 0, weight = 0;  // to truncations
+};
+
+Tile tile_at(const IntegrationConstants& c, const Projected& p) {
+  const auto u = static_cast<std::size_t>(std::clamp(p.u, 0, c.width - 1)),
+             v = static_cast<std::size_t>(std::clamp(p.v, 0, c.height - 1));
+  const std::uint16_t word = c.tiles[(v >> 2) * static_cast<std::size_t>(c.width / 4) + (u >> 2)];
+  return {static_cast<float>(word & 0xFFu) * c.cosine_to_truncations, static_cast<float>(word >> 8)};
+}
+
+struct Measured {
+  bool hit = false;
+  float distance = 0;
+};
+
+Measured measure(const IntegrationConstants& c, const Projected& p, float z, float cosine) {
   Measured m;
-  const float inverse = 1.0f / z;
-  const float u_exact = x * inverse + c.cx, v_exact = y * inverse + c.cy;
-  if (!(z > IntegrationConstants::kNearM)) return m;
-  if (!(std::fabs(u_exact) < 1e6f && std::fabs(v_exact) < 1e6f)) return m;
-  const int u = static_cast<int>(std::nearbyint(u_exact)), v = static_cast<int>(std::nearbyint(v_exact));
-  if (u < 0 || v < 0 || u >= c.width || v >= c.height) return m;
+  if (!(z > IntegrationConstants::kNearM) || !p.is_finite) return m;
+  if (p.u < 0 || p.v < 0 || p.u >= c.width || p.v >= c.height) return m;
   const std::uint32_t pixel =
-      c.pixels[static_cast<std::size_t>(v) * static_cast<std::size_t>(c.width) + static_cast<std::size_t>(u)];
-  const std::uint16_t tile =
-      c.tiles[static_cast<std::size_t>(v >> 2) * static_cast<std::size_t>(c.width / 4) +
-              static_cast<std::size_t>(u >> 2)];
+      c.pixels[static_cast<std::size_t>(p.v) * static_cast<std::size_t>(c.width) + static_cast<std::size_t>(p.u)];
   const auto depth = static_cast<float>(pixel & 0xFFFFu);
   const auto slope_u = static_cast<float>(static_cast<std::int8_t>(pixel >> 16));
   const auto slope_v = static_cast<float>(static_cast<std::int8_t>(pixel >> 24));
-  const float here =
-      depth + slope_u * (u_exact - static_cast<float>(u)) + slope_v * (v_exact - static_cast<float>(v));
-  m.weight = static_cast<float>(tile >> 8);
-  m.distance = (here * kDepthUnitM - z) * (static_cast<float>(tile & 0xFFu) * c.cosine_to_truncations);
+  const float here = depth + slope_u * (p.u_exact - static_cast<float>(p.u)) +
+                     slope_v * (p.v_exact - static_cast<float>(p.v));
+  m.distance = (here * kDepthUnitM - z) * cosine;
   m.hit = depth > 0 && m.distance > -1.0f;
-  m.half_pixel = static_cast<std::size_t>(v >> 1) * static_cast<std::size_t>(c.width / 2) +
-                 static_cast<std::size_t>(u >> 1);
   return m;
+}
+
+Vec3f voxel_point(const IntegrationConstants& c, const BlockOrigin& origin, int voxel) {
+  const int i = voxel & 63;
+  const Vec3f row = origin.slice(c, voxel >> 6);
+  return {row.x + c.offset_x[i], row.y + c.offset_y[i], row.z + c.offset_z[i]};
+}
+
+Vec3f cell_point(const IntegrationConstants& c, const BlockOrigin& origin, int cell) {
+  const int i = cell & 15;
+  const Vec3f row = origin.cell_slice(c, cell >> 4);
+  return {row.x + c.cell_offset_x[i], row.y + c.cell_offset_y[i], row.z + c.cell_offset_z[i]};
 }
 
 bool voxels(const Map& map, BlockIndex block, const IntegrationConstants& c, BlockStaging& staging) {
@@ -98,17 +131,18 @@ bool voxels(const Map& map, BlockIndex block, const IntegrationConstants& c, Blo
   std::memcpy(staging.tsdf, map.tsdf(block), sizeof staging.tsdf);
   std::memcpy(staging.weight, map.weight(block), sizeof staging.weight);
   for (int v = 0; v < kBlockVoxels; ++v) {
-    const Vec3f row = origin.slice(c, v >> 6);
-    const int i = v & 63;
-    const Measured m = measure(c, row.x + c.offset_x[i], row.y + c.offset_y[i], row.z + c.offset_z[i]);
+    const Vec3f p = voxel_point(c, origin, v);
+    const int cell = cell_of_voxel(v & 7, v >> 3 & 7, v >> 6);
+    const Tile tile = tile_at(c, project(c, cell_point(c, origin, cell)));
+    const Measured m = measure(c, project(c, p), p.z, tile.cosine);
     if (!m.hit) continue;
     changed = true;
     const float value = std::fmin(m.distance, 1.0f) * kTsdfScale;
-    const float w = m.weight;
+    const float w = tile.weight;
     const auto old_value = static_cast<float>(staging.tsdf[v]),
                old_weight = static_cast<float>(staging.weight[v]);
     const float sum = old_weight + w;
-    staging.tsdf[v] = static_cast<std::int16_t>(std::nearbyint((old_value * old_weight + value * w) / sum));
+    staging.tsdf[v] = static_cast<std::int16_t>(std::nearbyint((old_value * old_weight + value * w) * reciprocal(sum)));
     staging.weight[v] = static_cast<std::uint8_t>(std::fmin(sum, IntegrationConstants::kWeightMax));
   }
   return changed;
@@ -117,12 +151,12 @@ bool voxels(const Map& map, BlockIndex block, const IntegrationConstants& c, Blo
 void colors(const Map& map, BlockIndex block, const IntegrationConstants& c, BlockStaging& staging) {
   const BlockOrigin origin = c.origin_of(map.key(block));
   for (int cell = 0; cell < kBlockCells; ++cell) {
-    const Vec3f row = origin.cell_slice(c, cell >> 4);
-    const int i = cell & 15;
-    const Measured m =
-        measure(c, row.x + c.cell_offset_x[i], row.y + c.cell_offset_y[i], row.z + c.cell_offset_z[i]);
+    const Vec3f point = cell_point(c, origin, cell);
+    const Projected p = project(c, point);
+    const Measured m = measure(c, p, point.z, tile_at(c, p).cosine);
     if (!m.hit || !(std::fabs(m.distance) < c.color_band)) continue;
-    const std::uint32_t seen = c.half_color[m.half_pixel];
+    const std::uint32_t seen = c.half_color[static_cast<std::size_t>(p.v >> 1) * static_cast<std::size_t>(c.width / 2) +
+                                               static_cast<std::size_t>(p.u >> 1)];
     if (seen >> 24 == 0) continue;
     ColorCell& color = staging.color[cell];
     const auto weight = static_cast<float>(color.weight);

@@ -151,11 +151,11 @@ void Map::evict(BlockIndex block) noexcept {
   ++counters_.evicted;
 }
 
-void Map::publish(BlockIndex block, const BlockStaging& staging) noexcept {
+void Map::publish(BlockIndex block, const BlockStaging& staging, bool with_color) noexcept {
   write_begin(block);
   store_words(&tsdf_[block * kTsdfWords], staging.tsdf, kTsdfWords);
   store_words(&weight_[block * kWeightWords], staging.weight, kWeightWords);
-  store_words(&color_[block * kColorWords], staging.color, kColorWords);
+  if (with_color) store_words(&color_[block * kColorWords], staging.color, kColorWords);
   write_end(block);
 }
 

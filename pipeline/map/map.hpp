@@ -66,7 +66,7 @@ class Map {
   BlockIndex find_or_allocate(BlockKey key) noexcept;
   void evict(BlockIndex block) noexcept;
   /// Makes the staged voxels and colours visible to readers.
-  void publish(BlockIndex block, const BlockStaging& staging) noexcept;
+  void publish(BlockIndex block, const BlockStaging& staging, bool with_color = true) noexcept;
   /// Makes new label words visible; `frame` is the keyframe's index.
   void publish_labels(BlockIndex block, std::span<const LabelWord, kBlockCells> labels,
                       std::uint32_t frame) noexcept;
