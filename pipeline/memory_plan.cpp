@@ -35,7 +35,7 @@ void plan_memory(const Profile& profile, const hal::RigCalibration& rig, const P
                "blocks x (voxels 1536 + colours 256 + labels 512 + header 32) + hash 16 a block"));
   plan.add(row(
       "spine", {{"images", 1}}, Spine::bytes_needed(rig, profile.spine), "spine",
-      "depth 2 B a pixel, tangent planes 4 B, half-resolution depth, colour and model view, keyframe store"));
+      "depth 2 B a pixel, tangent planes 4 B, half-resolution depth, colour and model view, brightness keyframes, keyframe store"));
   plan.add(row(
       "frames",
       {{"capture", 1},

@@ -31,7 +31,7 @@ constexpr double kRelocalizeInlierShare = 0.75;
 std::size_t Spine::bytes_needed(const hal::RigCalibration& rig, const SpineConfig& config) {
   const std::size_t n = pixels_count(rig.depth), half = n / 4;
   const bool remap = rig.depth.has_distortion();
-  std::size_t bytes = rt::bytes_of<std::uint16_t>(n) + 3 * rt::bytes_of<float>(half) +
+  std::size_t bytes = rt::bytes_of<std::uint16_t>(n) + rt::bytes_of<float>(half) +
                       rt::bytes_of<std::uint32_t>(half) +
                       rt::bytes_of<float>(tile_scratch_count(rig.depth.width, rig.depth.height)) +
                       rt::bytes_of<std::uint32_t>(n) +
@@ -39,6 +39,9 @@ std::size_t Spine::bytes_needed(const hal::RigCalibration& rig, const SpineConfi
   if (remap) bytes += rt::bytes_of<std::uint32_t>(n) + rt::bytes_of<std::uint16_t>(n);
   if (rig.has_color && !rig.registered)
     bytes += rt::bytes_of<std::uint32_t>(half) + rt::bytes_of<float>(color_bins_count(rig.color));
+  if (rig.has_color)
+    bytes += rt::bytes_of<track::Luma>(half + track::kLumaPadding) +
+             track::BrightnessKeyframes::bytes_needed(half_resolution(rig.depth), config.brightness);
   return bytes + map::ActiveSet::bytes_needed(config.map.blocks_capacity) +
          map::ModelView::bytes_needed(rig.depth.width / 2, rig.depth.height / 2) +
          track::Relocalizer::bytes_needed(config.relocalizer);
@@ -61,8 +64,10 @@ void Spine::bind(rt::Slice map_memory, rt::Slice memory, const hal::RigCalibrati
   depth_ = memory.take<std::uint16_t>(n);
   half_m_ = memory.take<float>(half);
   half_color_ = memory.take<std::uint32_t>(half);
-  live_luma_ = memory.take<float>(half);
-  model_luma_ = memory.take<float>(half);
+  if (rig.has_color) {
+    live_luma_ = memory.take<track::Luma>(half + track::kLumaPadding);
+    brightness_.bind(memory, half_camera_, config.brightness);
+  }
   tile_scratch_ = memory.take<float>(tile_scratch_count(rig.depth.width, rig.depth.height));
   image_ = {memory.take<std::uint32_t>(n),
             memory.take<std::uint16_t>(tiles_count(rig.depth.width, rig.depth.height) + 1)};
@@ -99,6 +104,7 @@ void Spine::undistort(std::span<const std::uint16_t> raw) noexcept {
 rt::Status Spine::register_frame(std::span<const std::uint16_t> raw_depth,
                                  std::span<const std::uint8_t> rgb) noexcept {
   ++frame_index_;
+  was_found_ = result_.relocalized;
   result_ = SpineResult{};
   result_.T_world_depth = T_world_depth_;
   if (!undistorted_.empty()) {
@@ -188,11 +194,14 @@ rt::Status Spine::track() noexcept {
     result_.status = rt::Status::ok;  // the first frame defines the world
   } else if (has_model_) {
     track::IcpInput input{&model_, half_m_, pivot_z_m_, {}, {}};
-    if (has_color_now_ && model_has_luma_) {
-      input.model_luma = model_luma_;
+    if (has_color_now_ && brightness_.agrees_with(live_luma_)) {
+      input.model_brightness = brightness_.rendered();
       input.live_luma = live_luma_;
     }
-    result_.track = track::track_frame(input, track::kTrackLevels, velocity_, config_.track, *pool_);
+    track::TrackConfig config = config_.track;
+    // A pose that was searched for is centimetres off: texture would pull to its nearest repetition.
+    if (was_found_) config.brightness_first_below = 0;
+    result_.track = track::track_frame(input, track::kTrackLevels, velocity_, config, *pool_);
     if (result_.track.status == rt::Status::ok) {
       velocity_ = result_.track.T_view_live;
       const Transform<Depth, Depth> motion{velocity_.rotation, velocity_.translation};
@@ -255,8 +264,8 @@ rt::Status Spine::predict() noexcept {
     map::predict_normals(chunk * kRowsPerChunk, std::min(model_.camera.height, (chunk + 1) * kRowsPerChunk),
                          model_);
   });
-  std::swap(live_luma_, model_luma_);
-  model_has_luma_ = has_color_now_;
+  if (rig_.has_color)
+    brightness_.follow(model_, has_color_now_ ? live_luma_ : std::span<track::Luma>{}, half_m_, *pool_);
   has_model_ = true;
   return rt::Status::ok;
 }

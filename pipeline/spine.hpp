@@ -16,6 +16,7 @@
 #include "pipeline/map/integrate.hpp"
 #include "pipeline/map/map.hpp"
 #include "pipeline/map/predict.hpp"
+#include "pipeline/track/brightness.hpp"
 #include "pipeline/track/relocalizer.hpp"
 #include "pipeline/track/tracker.hpp"
 #include "rt/slice.hpp"
@@ -30,6 +31,7 @@ namespace tactus {
 struct SpineConfig {
   map::MapConfig map;
   track::TrackConfig track;
+  track::BrightnessConfig brightness;
   track::RelocalizerConfig relocalizer;
   float depth_m_max = 5.0f;            // farther measurements are noise of 40 mm and more
   float valid_share_min = 0.05f;       // of pixels: below, the frame shows nothing
@@ -100,12 +102,14 @@ class Spine {
   std::span<std::uint16_t> undistorted_;
   std::span<float> half_m_;
   std::span<std::uint32_t> half_color_, color_pixel_;
-  std::span<float> live_luma_, model_luma_;  // brightness now, and of the frame the model view was made with
+  std::span<track::Luma> live_luma_;
+  track::BrightnessKeyframes brightness_;
   std::span<float> nearest_z_m_;
   std::span<float> tile_scratch_;
   IntegrationImage image_;
-  bool has_color_now_ = false, model_has_luma_ = false;
+  bool has_color_now_ = false;
   bool has_model_ = false;
+  bool was_found_ = false;  // the last frame's pose, by relocalisation
   std::uint32_t frame_index_ = 0;
   std::uint32_t valid_count_ = 0;
   float pivot_z_m_ = 2.0f;

@@ -38,53 +38,49 @@ HWY_INLINE void AccumulatePlane(float (*HWY_RESTRICT acc)[kVirtualLanes], std::s
   for (std::size_t i = 0; i < 6; ++i) Accumulate(acc, kRowB + i, lane, hn::Mul(wr, j[i]));
 }
 
-HWY_INLINE void AccumulateBrightness(const IcpConstants& c, const float* HWY_RESTRICT model_luma,
-                                     const float* HWY_RESTRICT live_luma, int width, int height, int row,
-                                     VI u, VI at, VF px, VF py, VF z, VF lx, VF ly, VF inverse, VF qx, VF qy,
-                                     VF qz, MF inlier, std::size_t lane,
+HWY_INLINE void AccumulateBrightness(const IcpConstants& c, const BrightnessWord* HWY_RESTRICT model,
+                                     const Luma* HWY_RESTRICT live, int width, int height, VI at, VF px, VF py,
+                                     VF z, VF fu, VF fv, VF qx, VF qy, VF qz, MF inlier, std::size_t lane,
                                      float (*HWY_RESTRICT acc)[kVirtualLanes]) {
   const F df;
   const I di;
+  const hn::RebindToUnsigned<F> du;
   const auto set = [&](float v) { return hn::Set(df, v); };
   const auto zero = hn::Zero(df), one = set(1.0f);
-  if (row < 1 || row >= height - 1) return;
   // Bilinear in the live image: all four pixels inside.
-  const auto fu = hn::Add(hn::Mul(hn::Mul(lx, inverse), set(c.fx)), set(c.cx));
-  const auto fv = hn::Add(hn::Mul(hn::Mul(ly, inverse), set(c.fy)), set(c.cy));
   auto use =
       hn::And(inlier, hn::And(hn::And(hn::Gt(fu, zero), hn::Lt(fu, set(static_cast<float>(width - 1)))),
                               hn::And(hn::Gt(fv, zero), hn::Lt(fv, set(static_cast<float>(height - 1))))));
-  use = hn::And(use, hn::RebindMask(df, hn::And(hn::Gt(u, hn::Zero(di)), hn::Lt(u, hn::Set(di, width - 1)))));
+  const auto word = hn::BitCast(di, hn::GatherIndex(du, model, hn::IfThenElseZero(hn::RebindMask(di, use), at)));
+  use = hn::And(use, hn::RebindMask(df, hn::Ne(word, hn::Zero(di))));
   if (hn::AllFalse(df, use)) return;
-  const auto use_i = hn::RebindMask(di, use);
   const VF u0 = hn::Floor(hn::IfThenElseZero(use, fu)), v0 = hn::Floor(hn::IfThenElseZero(use, fv));
   const auto tu = hn::Sub(hn::IfThenElseZero(use, fu), u0), tv = hn::Sub(hn::IfThenElseZero(use, fv), v0);
   const auto corner = hn::Add(hn::Mul(hn::ConvertTo(di, v0), hn::Set(di, width)), hn::ConvertTo(di, u0));
-  const auto l00 = hn::GatherIndex(df, live_luma, corner), l10 = hn::GatherIndex(df, live_luma + 1, corner);
-  const auto l01 = hn::GatherIndex(df, live_luma + width, corner);
-  const auto l11 = hn::GatherIndex(df, live_luma + width + 1, corner);
-  const auto middle = hn::IfThenElse(use_i, at, hn::Set(di, width + 1));
-  const auto m = hn::GatherIndex(df, model_luma, middle);
-  const auto left = hn::GatherIndex(df, model_luma - 1, middle),
-             right = hn::GatherIndex(df, model_luma + 1, middle);
-  const auto up = hn::GatherIndex(df, model_luma - width, middle),
-             down = hn::GatherIndex(df, model_luma + width, middle);
-  const auto least = hn::Min(hn::Min(hn::Min(l00, l10), hn::Min(l01, l11)),
-                             hn::Min(m, hn::Min(hn::Min(left, right), hn::Min(up, down))));
-  use = hn::And(use, hn::Not(hn::Lt(least, zero)));
+  // Neighbouring bytes through one 32-bit gather; the image is padded.
+  const auto upper = hn::GatherOffset(du, reinterpret_cast<const std::uint32_t*>(live), corner);
+  const auto lower = hn::GatherOffset(du, reinterpret_cast<const std::uint32_t*>(live + width), corner);
+  const auto byte = hn::Set(du, 0xFFu);
+  const auto as_float = [&](auto bits) { return hn::ConvertTo(df, hn::BitCast(di, hn::And(bits, byte))); };
+  const auto l00 = as_float(upper), l10 = as_float(hn::ShiftRight<8>(upper));
+  const auto l01 = as_float(lower), l11 = as_float(hn::ShiftRight<8>(lower));
+  use = hn::And(use, hn::Gt(hn::Min(hn::Min(l00, l10), hn::Min(l01, l11)), zero));
   const auto top = hn::Add(l00, hn::Mul(hn::Sub(l10, l00), tu)),
              bottom = hn::Add(l01, hn::Mul(hn::Sub(l11, l01), tu));
   const auto seen = hn::Add(top, hn::Mul(hn::Sub(bottom, top), tv));
+  const auto m = hn::Mul(hn::ConvertTo(df, hn::And(word, hn::Set(di, 0x3FF))), set(0.25f));
+  const auto along_u = hn::ConvertTo(df, hn::ShiftRight<21>(hn::ShiftLeft<11>(word)));
+  const auto along_v = hn::ConvertTo(df, hn::ShiftRight<21>(word));
   const auto r_grey = hn::Sub(seen, m);
   use = hn::And(use, hn::Lt(hn::Abs(r_grey), set(IcpConstants::kGreyGate)));
   const auto size = hn::Abs(r_grey);
   const auto huber = hn::IfThenElse(hn::Gt(size, set(IcpConstants::kGreyHuber)),
                                     hn::Div(set(IcpConstants::kGreyHuber), hn::Max(size, one)), one);
   const auto w = hn::IfThenElseZero(use, huber);
-  const auto scale = set(-0.5f * IcpConstants::kMetresPerGrey);  // central difference, sign of the Jacobian
+  const auto scale = set(IcpConstants::kGradientScale);
   const auto inverse_z = hn::Div(one, hn::IfThenElse(use, z, one));  // lanes left out stay finite
-  const auto gx = hn::Mul(hn::Mul(hn::Mul(hn::Sub(right, left), scale), set(c.fx)), inverse_z);
-  const auto gy = hn::Mul(hn::Mul(hn::Mul(hn::Sub(down, up), scale), set(c.fy)), inverse_z);
+  const auto gx = hn::Mul(hn::Mul(hn::Mul(along_u, scale), set(c.fx)), inverse_z);
+  const auto gy = hn::Mul(hn::Mul(hn::Mul(along_v, scale), set(c.fy)), inverse_z);
   const auto gz = hn::Neg(hn::Mul(hn::Add(hn::Mul(gx, px), hn::Mul(gy, py)), inverse_z));
   const auto cz = hn::Sub(qz, set(c.pivot_z));
   const VF j[6] = {hn::Sub(hn::Mul(qy, gz), hn::Mul(cz, gy)),
@@ -97,7 +93,7 @@ HWY_INLINE void AccumulateBrightness(const IcpConstants& c, const float* HWY_RES
 }
 
 void IcpChunk(const IcpConstants& c, const map::ModelView& model, const float* HWY_RESTRICT live,
-              const float* HWY_RESTRICT model_luma, const float* HWY_RESTRICT live_luma, int stride,
+              const BrightnessWord* HWY_RESTRICT model_brightness, const Luma* HWY_RESTRICT live_luma, int stride,
               int row_begin, int row_end, float (*HWY_RESTRICT acc)[kVirtualLanes]) {
   const F df;
   const I di;
@@ -129,8 +125,9 @@ void IcpChunk(const IcpConstants& c, const map::ModelView& model, const float* H
         const auto lx = to_live(0), ly = to_live(1), lz = to_live(2);
         const auto in_front = hn::Gt(lz, set(IcpConstants::kNearM));
         const auto inverse = hn::Div(one, hn::IfThenElse(in_front, lz, one));
-        const auto lu = hn::NearestInt(hn::Add(hn::Mul(hn::Mul(lx, inverse), set(c.fx)), set(c.cx)));
-        const auto lv = hn::NearestInt(hn::Add(hn::Mul(hn::Mul(ly, inverse), set(c.fy)), set(c.cy)));
+        const auto fu = hn::Add(hn::Mul(hn::Mul(lx, inverse), set(c.fx)), set(c.cx));
+        const auto fv = hn::Add(hn::Mul(hn::Mul(ly, inverse), set(c.fy)), set(c.cy));
+        const auto lu = hn::NearestInt(fu), lv = hn::NearestInt(fv);
         const auto inside = hn::And(hn::And(hn::Gt(lu, minus_one), hn::Lt(lu, width_i)),
                                     hn::And(hn::Gt(lv, minus_one), hn::Lt(lv, height_i)));
         const auto visible = hn::And(hn::And(is_model, in_front), hn::RebindMask(df, inside));
@@ -154,8 +151,8 @@ void IcpChunk(const IcpConstants& c, const map::ModelView& model, const float* H
         Accumulate(acc, kRowModel, lane, hn::IfThenElseZero(visible, one));
         if (hn::AllFalse(df, inlier)) continue;
         if (live_luma != nullptr)
-          AccumulateBrightness(c, model_luma, live_luma, width, model.camera.height, row, u, at, px, py, z,
-                               lx, ly, inverse, qx, qy, qz, inlier, lane, acc);
+          AccumulateBrightness(c, model_brightness, live_luma, width, model.camera.height, at, px, py, z, fu, fv,
+                               qx, qy, qz, inlier, lane, acc);
         const auto nx = hn::GatherIndex(df, model.nx.data(), at);
         const auto ny = hn::GatherIndex(df, model.ny.data(), at);
         const auto nz = hn::GatherIndex(df, model.nz.data(), at);
@@ -204,8 +201,8 @@ IcpSums icp_accumulate(const IcpInput& input, const T_ViewLive& T_view_live, con
   const int row_begin = chunk * kIcpRowsPerChunk * level.stride;
   const int row_end = std::min(input.model->camera.height, row_begin + kIcpRowsPerChunk * level.stride);
   HWY_DYNAMIC_DISPATCH(IcpChunk)
-  (constants, *input.model, input.live_m.data(), input.model_luma.data(),
-   input.model_luma.empty() || input.live_luma.empty() ? nullptr : input.live_luma.data(), level.stride,
+  (constants, *input.model, input.live_m.data(), input.model_brightness.data(),
+   input.model_brightness.empty() || input.live_luma.empty() ? nullptr : input.live_luma.data(), level.stride,
    row_begin, row_end, acc);
   const auto fold = [&](std::size_t row) {
     double sum = 0;

@@ -19,6 +19,7 @@
 
 #include "hal/transform.hpp"
 #include "pipeline/map/predict.hpp"
+#include "pipeline/track/brightness.hpp"
 
 namespace tactus::track {
 
@@ -56,13 +57,10 @@ struct IcpInput {
   const map::ModelView* model = nullptr;
   std::span<const float> live_m;
   float pivot_z_m = 2.0f;
-  // Brightness 0..255 per pixel, < 0 unknown; empty: geometry only.
-  std::span<const float> model_luma{}, live_luma{};
+  // pipeline/track/brightness.hpp; empty: geometry only.
+  std::span<const BrightnessWord> model_brightness{};
+  std::span<const Luma> live_luma{};
 };
-
-/// Half-resolution brightness of packed colours (pipeline/register/half_color.hpp): (R + 2 G + B) / 4, -1
-/// where unknown.
-void luma_of(std::span<const std::uint32_t> half_color, std::span<float> luma) noexcept;
 
 /// Rows of one chunk of the strided grid: the unit of the fixed reduction tree, whatever the number of
 /// threads.

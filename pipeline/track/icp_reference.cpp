@@ -47,28 +47,29 @@ IcpSums icp_accumulate_reference(const IcpInput& input, const T_ViewLive& T_view
           sums.b[i] += w * r * j[i];
         }
       };
-      if (!input.model_luma.empty() && !input.live_luma.empty()) {
+      if (!input.model_brightness.empty() && !input.live_luma.empty()) {
         const double fu = l.x / l.z * camera.fx + camera.cx, fv = l.y / l.z * camera.fy + camera.cy;
-        const auto width = static_cast<std::size_t>(camera.width);
-        if (row >= 1 && row < camera.height - 1 && column >= 1 && column < camera.width - 1 && fu > 0 &&
-            fv > 0 && fu < camera.width - 1 && fv < camera.height - 1) {
+        const BrightnessWord word = input.model_brightness[at];
+        if (word != 0 && fu > 0 && fv > 0 && fu < camera.width - 1 && fv < camera.height - 1) {
+          const auto width = static_cast<std::size_t>(camera.width);
           const double u0 = std::floor(fu), v0 = std::floor(fv), tu = fu - u0, tv = fv - v0;
           const std::size_t corner = static_cast<std::size_t>(v0) * width + static_cast<std::size_t>(u0);
-          const auto live = [&](std::size_t i) { return static_cast<double>(input.live_luma[i]); };
-          const auto view = [&](std::size_t i) { return static_cast<double>(input.model_luma[i]); };
-          const double all[9] = {
-              live(corner), live(corner + 1), live(corner + width), live(corner + width + 1), view(at),
-              view(at - 1), view(at + 1),     view(at - width),     view(at + width)};
-          const double top = all[0] + (all[1] - all[0]) * tu, bottom = all[2] + (all[3] - all[2]) * tu;
-          const double r_grey = top + (bottom - top) * tv - all[4];
-          if (*std::min_element(all, all + 9) >= 0 &&
+          const double live[4] = {
+              static_cast<double>(input.live_luma[corner]), static_cast<double>(input.live_luma[corner + 1]),
+              static_cast<double>(input.live_luma[corner + width]),
+              static_cast<double>(input.live_luma[corner + width + 1])};
+          const double top = live[0] + (live[1] - live[0]) * tu, bottom = live[2] + (live[3] - live[2]) * tu;
+          const auto bits = static_cast<std::int32_t>(word);
+          const double along_u = bits << 11 >> 21, along_v = bits >> 21;
+          const double r_grey = top + (bottom - top) * tv - 0.25 * static_cast<double>(word & 0x3FFu);
+          if (*std::min_element(live, live + 4) > 0 &&
               std::fabs(r_grey) < static_cast<double>(IcpConstants::kGreyGate)) {
             const double limit = static_cast<double>(IcpConstants::kGreyHuber);
             const double w = std::fabs(r_grey) > limit ? limit / std::fabs(r_grey) : 1.0;
-            const double per_grey = static_cast<double>(IcpConstants::kMetresPerGrey);
-            const double gx = -0.5 * per_grey * (all[6] - all[5]) * camera.fx / z;
-            const double gy = -0.5 * per_grey * (all[8] - all[7]) * camera.fy / z;
-            add({gx, gy, -(gx * p.x + gy * p.y) / z}, w, r_grey * per_grey);
+            const double scale = static_cast<double>(IcpConstants::kGradientScale);
+            const double gx = scale * along_u * camera.fx / z, gy = scale * along_v * camera.fy / z;
+            add({gx, gy, -(gx * p.x + gy * p.y) / z}, w,
+                r_grey * static_cast<double>(IcpConstants::kMetresPerGrey));
           }
         }
       }

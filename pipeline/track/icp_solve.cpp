@@ -41,14 +41,6 @@ void diagonalize(Matrix6& a, Matrix6& v) {
 
 }  // namespace
 
-void luma_of(std::span<const std::uint32_t> half_color, std::span<float> luma) noexcept {
-  for (std::size_t i = 0; i < luma.size(); ++i) {
-    const std::uint32_t c = half_color[i];
-    const std::uint32_t sum = (c & 255u) + 2 * (c >> 8 & 255u) + (c >> 16 & 255u);
-    luma[i] = c >> 24 == 0 ? -1.0f : static_cast<float>(sum) * 0.25f;
-  }
-}
-
 void icp_add(IcpSums& sum, const IcpSums& part) noexcept {
   for (std::size_t i = 0; i < sum.h.size(); ++i) sum.h[i] += part.h[i];
   for (std::size_t i = 0; i < sum.b.size(); ++i) sum.b[i] += part.b[i];

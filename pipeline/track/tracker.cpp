@@ -45,12 +45,13 @@ TrackResult track_frame(const IcpInput& input, std::span<const IcpLevel> levels,
   IcpSums sums;
   bool first = true;
   IcpInput used = input;
-  used.model_luma = used.live_luma = {};
-  if (!input.live_luma.empty() && !levels.empty()) {
+  if (!input.live_luma.empty() && levels.size() > 1) {
+    used.live_luma = {};
     const IcpStep probe = icp_solve(accumulate(used, T, levels.front(), pool), lever, config.information_min);
-    if (probe.information[5] < config.brightness_below) used = input;
+    if (probe.information[5] < config.brightness_first_below) used = input;
   }
   for (const IcpLevel& level : levels) {
+    if (&level != &levels.front()) used = input;
     for (int iteration = 0; iteration < level.iterations_max; ++iteration) {
       sums = accumulate(used, T, level, pool);
       ++result.iterations_count;

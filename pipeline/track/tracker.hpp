@@ -21,10 +21,10 @@ namespace tactus::track {
 /// Thresholds of the verdict.
 struct TrackConfig {
   double information_min = 0.004;  // of the mean squared sensitivity, below: a direction is held (icp_solve)
-  // Brightness joins in where geometry's weakest direction has less information than this. Not elsewhere: it
-  // is compared with the last frame, not with the model, and drifts (noisy bedroom 0.8 mm without, 1.3 mm
-  // with). Rooms have 0.02 and more, fr1/rpy falls to 0.001.
-  double brightness_below = 0.012;
+  // Brightness joins in from the second level: texture repeats, so that geometry has to bring it near first. From the
+  // first level where geometry's weakest direction has less information than this: rooms have 0.02 and more, fr1/rpy
+  // falls to 0.001 and slides without.
+  double brightness_first_below = 0.012;
   double inlier_share_min = 0.5;    // inliers / candidates at the finest level
   double overlap_share_min = 0.15;  // candidates / half-resolution pixels
   double residual_m_max = 0.02;     // weighted RMS residual; rooms with noise give 0.003 to 0.008
