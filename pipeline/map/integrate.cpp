@@ -241,7 +241,7 @@ void IntegrateColors(const Map& map, BlockIndex block, const IntegrationConstant
 void IntegrateBlocks(Map& map, const IntegrationConstants& c, std::span<const BlockIndex> blocks) {
   BlockStaging staging;
   for (const BlockIndex block : blocks) {
-    if (!IntegrateVoxels(map, block, c, staging)) continue;
+    if (!c.voxels_due(map, block) || !IntegrateVoxels(map, block, c, staging)) continue;
     const bool with_color = c.colors_due(map, block);
     if (with_color) IntegrateColors(map, block, c, staging);
     map.publish(block, staging, with_color);

@@ -57,7 +57,7 @@ BlockOrigin IntegrationConstants::origin_of(BlockKey key) const noexcept {
 
 bool IntegrationConstants::colors_due(const Map& map, BlockIndex block) const noexcept {
   if (half_color == nullptr) return false;
-  return map.sequence_begin(block) <= 2 || (frame_index + block) % kColorEveryFrames == 0;
+  return map.updates_count(block) == 0 || (frame_index + block) % kColorEveryFrames == 0;
 }
 
 namespace {
@@ -179,7 +179,7 @@ void integrate_blocks_reference(Map& map, const IntegrationFrame& frame,
   const IntegrationConstants c(map, frame);
   BlockStaging staging;
   for (const BlockIndex block : blocks) {
-    if (!voxels(map, block, c, staging)) continue;
+    if (!c.voxels_due(map, block) || !voxels(map, block, c, staging)) continue;
     std::memcpy(staging.color, map.color(block), sizeof staging.color);
     if (c.colors_due(map, block)) colors(map, block, c, staging);
     map.publish(block, staging);

@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kCrfBytesPerCell = 3;
 constexpr std::size_t kBlockBytes = kBlockVoxels * (sizeof(std::int16_t) + sizeof(std::uint8_t)) +
                                     kBlockCells * (sizeof(ColorCell) + sizeof(LabelWord));
-constexpr std::size_t kHeaderBytes = sizeof(BlockKey) + 3 * sizeof(std::uint32_t) + 8 * sizeof(BlockIndex);
+constexpr std::size_t kHeaderBytes = sizeof(BlockKey) + 3 * sizeof(std::uint32_t) + 8 * sizeof(BlockIndex) + sizeof(std::uint8_t);
 constexpr std::size_t kListBytes =
     3 * sizeof(BlockIndex);  // free list here, active and previous list in integrate
 constexpr std::size_t kHashBytesAtHalfLoad = 2 * sizeof(std::uint64_t);
@@ -58,7 +58,7 @@ std::size_t Map::bytes_needed(const MapConfig& config) {
   return rt::bytes_of<std::uint64_t>(n * kTsdfWords) + rt::bytes_of<std::uint64_t>(n * kWeightWords) +
          rt::bytes_of<std::uint64_t>(n * kColorWords) + rt::bytes_of<LabelWord>(n * kBlockCells) +
          rt::bytes_of<BlockKey>(n) + 3 * rt::bytes_of<std::uint32_t>(n) + rt::bytes_of<BlockIndex>(n * 8) +
-         rt::bytes_of<BlockIndex>(n) + BlockHash::bytes_needed(n);
+         rt::bytes_of<BlockIndex>(n) + rt::bytes_of<std::uint8_t>(n) + BlockHash::bytes_needed(n);
 }
 
 double Map::bytes_per_voxel(const MapConfig& config) {
@@ -78,6 +78,7 @@ void Map::bind(rt::Slice memory, const MapConfig& config) {
   sequence_ = memory.take<std::uint32_t>(n);
   last_seen_ = memory.take<std::uint32_t>(n);
   label_frame_ = memory.take<std::uint32_t>(n);
+  updates_ = memory.take<std::uint8_t>(n);
   neighbours_ = memory.take<BlockIndex>(n * 8);
   free_ = memory.take<BlockIndex>(n);
   hash_.bind(memory, n);
@@ -121,6 +122,7 @@ BlockIndex Map::find_or_allocate(BlockKey key) noexcept {
   std::atomic_ref(label_frame_[block]).store(0, std::memory_order_relaxed);
   std::atomic_ref(keys_[block]).store(key, std::memory_order_relaxed);
   write_end(block);
+  updates_[block] = 0;
   const BlockCoord c = coord_of(key);
   BlockIndex* own = &neighbours_[block * 8u];
   own[0] = block;
@@ -157,6 +159,7 @@ void Map::publish(BlockIndex block, const BlockStaging& staging, bool with_color
   store_words(&weight_[block * kWeightWords], staging.weight, kWeightWords);
   if (with_color) store_words(&color_[block * kColorWords], staging.color, kColorWords);
   write_end(block);
+  if (updates_[block] < 255) ++updates_[block];
 }
 
 void Map::publish_labels(BlockIndex block, std::span<const LabelWord, kBlockCells> labels,

@@ -90,6 +90,8 @@ class Map {
     return &neighbours_[block * 8u];
   }
   [[nodiscard]] std::uint32_t last_seen_frame(BlockIndex block) const noexcept { return last_seen_[block]; }
+  /// How often the block's voxels were published since it was made; stays at 255.
+  [[nodiscard]] std::uint8_t updates_count(BlockIndex block) const noexcept { return updates_[block]; }
   void set_last_seen_frame(BlockIndex block, std::uint32_t frame) noexcept { last_seen_[block] = frame; }
 
   // Any thread, lock-free: the reader's primitives (reader.cpp).
@@ -130,6 +132,7 @@ class Map {
   std::span<LabelWord> label_;
   std::span<BlockKey> keys_;
   std::span<std::uint32_t> sequence_, last_seen_, label_frame_;
+  std::span<std::uint8_t> updates_;
   std::span<BlockIndex> neighbours_;
   std::span<BlockIndex> free_;  // stack of free blocks
   std::size_t free_count_ = 0;

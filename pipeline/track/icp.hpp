@@ -33,7 +33,7 @@ struct IcpLevel {
   int iterations_max;
   float distance_m_max;  // association gate
 };
-inline constexpr std::array<IcpLevel, 3> kTrackLevels = {{{4, 10, 0.10f}, {2, 6, 0.06f}, {1, 5, 0.04f}}};
+inline constexpr std::array<IcpLevel, 3> kTrackLevels = {{{4, 10, 0.10f}, {2, 6, 0.06f}, {1, 2, 0.04f}}};
 /// From a stored pose, decimetres and tens of degrees off, on a view marched at every fourth, then second
 /// pixel.
 inline constexpr std::array<IcpLevel, 2> kRelocalizeCoarse = {{{4, 15, 0.40f}, {4, 10, 0.15f}}};
