@@ -90,12 +90,20 @@ HWY_INLINE auto CosineOf(D df, const IntegrationConstants& c, VU tile) {
 
 template <class V, class M>
 struct Measured {
-  V distance;  // from the measured tangent plane, in truncations; > -1 where hit
+  V distance;  // from the measured tangent plane, in truncations
   M hit;
 };
 
+// Where writing begins, in truncations: a little behind the surface.
+template <class D, class V>
+HWY_INLINE V BehindOf(D df, const IntegrationConstants& c, V z) {
+  const auto off = hn::Sub(z, hn::Set(df, 0.4f));
+  const auto noise = hn::Add(hn::Set(df, c.sigma_base), hn::Mul(hn::Set(df, c.sigma_slope), hn::Mul(off, off)));
+  return hn::Neg(hn::Min(hn::Max(hn::Set(df, c.behind_min), noise), hn::Set(df, 1.0f)));
+}
+
 template <class D, class V, class P>
-HWY_INLINE auto Measure(D df, const IntegrationConstants& c, const P& p, V z, V cosine) {
+HWY_INLINE auto Measure(D df, const IntegrationConstants& c, const P& p, V z, V cosine, V behind) {
   const hn::RebindToSigned<D> di;
   const hn::RebindToUnsigned<D> du;
   auto inside = hn::And(hn::Lt(hn::BitCast(du, p.u), hn::Set(du, static_cast<std::uint32_t>(c.width))),
@@ -109,13 +117,13 @@ HWY_INLINE auto Measure(D df, const IntegrationConstants& c, const P& p, V z, V 
   const auto here = hn::Add(hn::Add(depth, hn::Mul(slope_u, p.beside)), hn::Mul(slope_v, p.below));
   const auto distance = hn::Mul(hn::Sub(hn::Mul(here, hn::Set(df, kDepthUnitM)), z), cosine);
   const auto hit = hn::And(hn::And(hn::RebindMask(df, inside), hn::Gt(depth, hn::Zero(df))),
-                           hn::Gt(distance, hn::Set(df, -1.0f)));
+                           hn::Gt(distance, behind));
   return Measured<V, decltype(hit)>{distance, hit};
 }
 
 // What the tiles say at the cells of two slices of voxels, written out for the 8x8 voxels of one slice.
 struct SliceTiles {
-  alignas(64) float cosine[64], weight[64];
+  alignas(64) float cosine[64], weight[64], behind[64];
 };
 
 // 4x4 cells to 8x8 voxels: a pair of equal floats is one 64-bit word.
@@ -136,19 +144,21 @@ void LookUpTiles(const IntegrationConstants& c, const BlockOrigin& origin, int c
   const hn::RebindToSigned<F> di;
   const hn::RebindToUnsigned<F> du;
   const Vec3f row = origin.cell_slice(c, cell_z);
-  alignas(64) std::uint32_t cosines[16], weights[16];
+  alignas(64) std::uint32_t cosines[16], weights[16], behinds[16];
   for (std::size_t i = 0; i < 16; i += hn::Lanes(df)) {
+    const auto point_z = hn::Add(hn::Set(df, row.z), hn::Load(df, c.cell_offset_z + i));
     const auto p = Project(df, c, hn::Add(hn::Set(df, row.x), hn::Load(df, c.cell_offset_x + i)),
-                           hn::Add(hn::Set(df, row.y), hn::Load(df, c.cell_offset_y + i)),
-                           hn::Add(hn::Set(df, row.z), hn::Load(df, c.cell_offset_z + i)));
+                           hn::Add(hn::Set(df, row.y), hn::Load(df, c.cell_offset_y + i)), point_z);
     const auto tile = Tiles(df, c, p);
     const auto weight =
         hn::ConvertTo(df, hn::BitCast(di, hn::And(hn::ShiftRight<8>(tile), hn::Set(du, 0xFFu))));
     hn::Store(hn::BitCast(du, CosineOf(df, c, tile)), du, cosines + i);
     hn::Store(hn::BitCast(du, weight), du, weights + i);
+    hn::Store(hn::BitCast(du, BehindOf(df, c, point_z)), du, behinds + i);
   }
   WriteOut(cosines, out.cosine);
   WriteOut(weights, out.weight);
+  WriteOut(behinds, out.behind);
 }
 
 bool IntegrateVoxels(const Map& map, BlockIndex block, const IntegrationConstants& c, BlockStaging& staging) {
@@ -171,7 +181,7 @@ bool IntegrateVoxels(const Map& map, BlockIndex block, const IntegrationConstant
       const auto point_z = hn::Add(row_z, hn::Load(df, c.offset_z + i));
       const auto p = Project(df, c, hn::Add(row_x, hn::Load(df, c.offset_x + i)),
                              hn::Add(row_y, hn::Load(df, c.offset_y + i)), point_z);
-      const auto m = Measure(df, c, p, point_z, hn::Load(df, tiles.cosine + i));
+      const auto m = Measure(df, c, p, point_z, hn::Load(df, tiles.cosine + i), hn::Load(df, tiles.behind + i));
       const auto old16 = hn::Load(d16, tsdf + voxel);
       const auto old8 = hn::Load(d8, weight + voxel);
       // No branch on it: which groups are hit is hard to predict, and a wrong guess waits for the whole chain above.
@@ -213,7 +223,7 @@ void IntegrateColors(const Map& map, BlockIndex block, const IntegrationConstant
       const auto point_z = hn::Add(hn::Set(df, row.z), hn::Load(df, c.cell_offset_z + i));
       const auto p = Project(df, c, hn::Add(hn::Set(df, row.x), hn::Load(df, c.cell_offset_x + i)),
                              hn::Add(hn::Set(df, row.y), hn::Load(df, c.cell_offset_y + i)), point_z);
-      const auto m = Measure(df, c, p, point_z, CosineOf(df, c, Tiles(df, c, p)));
+      const auto m = Measure(df, c, p, point_z, CosineOf(df, c, Tiles(df, c, p)), BehindOf(df, c, point_z));
       const auto old = hn::Load(du, old_colors + cell);
       const auto near = hn::Lt(hn::Abs(m.distance), hn::Set(df, c.color_band));
       auto hit = hn::RebindMask(di, hn::And(m.hit, near));

@@ -43,6 +43,10 @@ struct IntegrationConstants {
   const std::uint32_t* half_color = nullptr;  // null: no colour
   float cosine_to_truncations = 0;
   float color_band = 0;  // in truncations
+  // How far behind the measured surface voxels are still written, in truncations: two voxels, or as many sigmas of the
+  // measurement. Less would cut the noise off on one side and push the surface back; more makes walls behind edges.
+  static constexpr float kBehindSigmas = 4.0f;
+  float behind_min = 0, sigma_base = 0, sigma_slope = 0;  // of depth_sigma_m(), times kBehindSigmas, in truncations
   std::uint32_t frame_index = 0;
 };
 

@@ -43,6 +43,9 @@ IntegrationConstants::IntegrationConstants(const Map& map, const IntegrationFram
   half_color = frame.half_color.empty() ? nullptr : frame.half_color.data();
   cosine_to_truncations = kTileCosineScale / config.truncation_m;
   color_band = 2.0f * config.voxel_size_m / config.truncation_m;
+  behind_min = 2.0f * config.voxel_size_m / config.truncation_m;
+  sigma_base = kBehindSigmas * depth_sigma_m(0.4f) / config.truncation_m;
+  sigma_slope = kBehindSigmas * (depth_sigma_m(1.4f) - depth_sigma_m(0.4f)) / config.truncation_m;
   frame_index = frame.index;
 }
 
@@ -83,13 +86,17 @@ Projected project(const IntegrationConstants& c, const Vec3f& p) {
 
 struct Tile {
   float cosine = 0, weight = 0;  // to truncations
+  float behind = 0;              // where writing begins, truncations
 };
 
-Tile tile_at(const IntegrationConstants& c, const Projected& p) {
+Tile tile_at(const IntegrationConstants& c, const Projected& p, float z) {
   const auto u = static_cast<std::size_t>(std::clamp(p.u, 0, c.width - 1)),
              v = static_cast<std::size_t>(std::clamp(p.v, 0, c.height - 1));
   const std::uint16_t word = c.tiles[(v >> 2) * static_cast<std::size_t>(c.width / 4) + (u >> 2)];
-  return {static_cast<float>(word & 0xFFu) * c.cosine_to_truncations, static_cast<float>(word >> 8)};
+  const float off = z - 0.4f;
+  const float behind = std::fmax(c.behind_min, c.sigma_base + c.sigma_slope * (off * off));
+  return {static_cast<float>(word & 0xFFu) * c.cosine_to_truncations, static_cast<float>(word >> 8),
+          -std::fmin(behind, 1.0f)};
 }
 
 struct Measured {
@@ -97,7 +104,7 @@ struct Measured {
   float distance = 0;
 };
 
-Measured measure(const IntegrationConstants& c, const Projected& p, float z, float cosine) {
+Measured measure(const IntegrationConstants& c, const Projected& p, float z, const Tile& tile) {
   Measured m;
   if (!(z > IntegrationConstants::kNearM) || !p.is_finite) return m;
   if (p.u < 0 || p.v < 0 || p.u >= c.width || p.v >= c.height) return m;
@@ -108,8 +115,8 @@ Measured measure(const IntegrationConstants& c, const Projected& p, float z, flo
   const auto slope_v = static_cast<float>(static_cast<std::int8_t>(pixel >> 24));
   const float here = depth + slope_u * (p.u_exact - static_cast<float>(p.u)) +
                      slope_v * (p.v_exact - static_cast<float>(p.v));
-  m.distance = (here * kDepthUnitM - z) * cosine;
-  m.hit = depth > 0 && m.distance > -1.0f;
+  m.distance = (here * kDepthUnitM - z) * tile.cosine;
+  m.hit = depth > 0 && m.distance > tile.behind;
   return m;
 }
 
@@ -133,8 +140,9 @@ bool voxels(const Map& map, BlockIndex block, const IntegrationConstants& c, Blo
   for (int v = 0; v < kBlockVoxels; ++v) {
     const Vec3f p = voxel_point(c, origin, v);
     const int cell = cell_of_voxel(v & 7, v >> 3 & 7, v >> 6);
-    const Tile tile = tile_at(c, project(c, cell_point(c, origin, cell)));
-    const Measured m = measure(c, project(c, p), p.z, tile.cosine);
+    const Vec3f centre = cell_point(c, origin, cell);
+    const Tile tile = tile_at(c, project(c, centre), centre.z);
+    const Measured m = measure(c, project(c, p), p.z, tile);
     if (!m.hit) continue;
     changed = true;
     const float value = std::fmin(m.distance, 1.0f) * kTsdfScale;
@@ -153,7 +161,7 @@ void colors(const Map& map, BlockIndex block, const IntegrationConstants& c, Blo
   for (int cell = 0; cell < kBlockCells; ++cell) {
     const Vec3f point = cell_point(c, origin, cell);
     const Projected p = project(c, point);
-    const Measured m = measure(c, p, point.z, tile_at(c, p).cosine);
+    const Measured m = measure(c, p, point.z, tile_at(c, p, point.z));
     if (!m.hit || !(std::fabs(m.distance) < c.color_band)) continue;
     const std::uint32_t seen = c.half_color[static_cast<std::size_t>(p.v >> 1) * static_cast<std::size_t>(c.width / 2) +
                                                static_cast<std::size_t>(p.u >> 1)];
