@@ -15,7 +15,8 @@ namespace {
 constexpr rt::Duration kReadTimeout{1'000'000'000};
 constexpr std::int64_t kPairingSkewNs = 20'000'000;  // depth and colour of one moment, as TUM pairs them
 constexpr std::size_t kSeriesDefault = 4096, kSeriesMax = 100'000;
-constexpr std::size_t kBlocksPerFuse = 8192;  // a keyframe sees some 4000
+// A keyframe's 45 thousand cells take 20 ms: an eighth of them a frame, and they are done before the next keyframe's.
+constexpr std::size_t kCellsPerFuse = 6000;
 
 std::size_t pixels_count(const hal::Intrinsics& camera) {
   return static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
@@ -265,8 +266,7 @@ rt::Status Pipeline::spine_round(rt::Clock clock, rt::HostTime deadline) noexcep
   (void)stage(Stage::predict, [&]() noexcept { return spine_.predict(); });
   (void)stage(Stage::fuse, [&]() noexcept {
     if (to_fuse_.was().pushed == 0) return rt::Status::skipped;
-    fuse_answered();
-    return rt::Status::ok;
+    return fuse_answered();
   });
 
   const SpineResult& result = spine_.result();
@@ -334,33 +334,55 @@ rt::Status Pipeline::segment_round(rt::Clock clock) noexcept {
   return status;
 }
 
-void Pipeline::fuse_answered() noexcept {
-  KeyframeSlot slot = 0;
-  if (!to_fuse_out_->try_pop(slot)) return;
+namespace {
+
+map::LabelKeyframe label_keyframe(const Keyframe& keyframe, const Spine& spine, bool labels_from_source) {
+  map::LabelKeyframe labels;
+  labels.T_world_depth = keyframe.T_world_depth;
+  labels.half_camera = spine.half_camera();
+  labels.half_depth_m = keyframe.half_depth_m;
+  labels.rig = spine.rig();
+  // Labels taken from the source lie in the depth camera's pixels, whatever the colour camera is.
+  if (labels_from_source) labels.rig.registered = true;
+  const segment::MaterialScores& scores = keyframe.scores;
+  labels.scores = {scores.probability.data(), scores.width,      scores.height,     scores.columns.scale,
+                   scores.columns.offset,     scores.rows.scale, scores.rows.offset};
+  labels.index = spine.frame_index();
+  return labels;
+}
+
+}  // namespace
+
+void Pipeline::begin_fusing(KeyframeSlot slot) noexcept {
   const Keyframe& keyframe = keyframes_[slot];
-  if (keyframe.is_segmented) {
-    map::LabelKeyframe labels;
-    labels.T_world_depth = keyframe.T_world_depth;
-    labels.half_camera = spine_.half_camera();
-    labels.half_depth_m = keyframe.half_depth_m;
-    labels.rig = spine_.rig();
-    // Labels taken from the source lie in the depth camera's pixels, whatever the colour camera is.
-    if (setup_.labels_from_source) labels.rig.registered = true;
-    const segment::MaterialScores& scores = keyframe.scores;
-    labels.scores = {scores.probability.data(), scores.width,      scores.height,     scores.columns.scale,
-                     scores.columns.offset,     scores.rows.scale, scores.rows.offset};
-    labels.index = spine_.frame_index();
-    // The blocks of now stand for those of the keyframe: what left the view meanwhile is labelled by a later
-    // one.
-    const auto blocks = spine_.active().blocks();
-    map::fuse_labels(spine_.map(), labels, blocks.first(std::min(blocks.size(), kBlocksPerFuse)));
-    ++counts_.keyframes_segmented;
-    if (label_ages_ms_.size() < label_ages_ms_.capacity()) {
-      const double frames = static_cast<double>(spine_.frame_index() - keyframe.frame_index);
-      label_ages_ms_.push_back(static_cast<float>(frames * 1e3 / setup_.sensor->frame_rate_hz));
-    }
+  if (!keyframe.is_segmented) {
+    keyframe_is_free_[slot] = true;
+    return;
   }
-  keyframe_is_free_[slot] = true;
+  fusing_ = slot;
+  fusing_done_ = 0;
+  fusing_count_ = map::blocks_in_keyframe(
+      spine_.map(), label_keyframe(keyframe, spine_, setup_.labels_from_source), fusing_blocks_);
+}
+
+rt::Status Pipeline::fuse_answered() noexcept {
+  KeyframeSlot slot = 0;
+  if (!fusing_ && to_fuse_out_->try_pop(slot)) begin_fusing(slot);
+  if (!fusing_) return rt::Status::skipped;
+  const Keyframe& keyframe = keyframes_[*fusing_];
+  const auto rest = std::span(fusing_blocks_).subspan(fusing_done_, fusing_count_ - fusing_done_);
+  fusing_done_ += map::fuse_labels(spine_.map(), label_keyframe(keyframe, spine_, setup_.labels_from_source), rest,
+                                   map::LabelRule::bayes, kCellsPerFuse)
+                      .blocks_done;
+  if (fusing_done_ < fusing_count_) return rt::Status::ok;
+  ++counts_.keyframes_segmented;
+  if (label_ages_ms_.size() < label_ages_ms_.capacity()) {
+    const double frames = static_cast<double>(spine_.frame_index() - keyframe.frame_index);
+    label_ages_ms_.push_back(static_cast<float>(frames * 1e3 / setup_.sensor->frame_rate_hz));
+  }
+  keyframe_is_free_[*fusing_] = true;
+  fusing_.reset();
+  return rt::Status::ok;
 }
 
 void Pipeline::spawn_due() noexcept {

@@ -151,7 +151,8 @@ class Pipeline {
   rt::Status timed(Stage stage, std::size_t trace, rt::Clock clock, rt::HostTime deadline,
                    Step&& step) noexcept;
   void fill_keyframe(const SensorFrame& frame) noexcept;
-  void fuse_answered() noexcept;
+  void begin_fusing(KeyframeSlot slot) noexcept;
+  rt::Status fuse_answered() noexcept;
   void spawn_due() noexcept;
   void make_picture_inputs() noexcept;
 
@@ -194,6 +195,11 @@ class Pipeline {
   std::array<Keyframe, kKeyframeSlots> keyframes_{};
   std::array<bool, kKeyframeSlots> keyframe_is_free_{};
   std::uint32_t last_keyframe_index_ = 0;
+  // The keyframe whose labels are being fused, and how far that has come; by the spine alone.
+  static constexpr std::size_t kBlocksPerKeyframe = 8192;  // it sees some 4000
+  std::array<map::BlockIndex, kBlocksPerKeyframe> fusing_blocks_{};
+  std::size_t fusing_count_ = 0, fusing_done_ = 0;
+  std::optional<KeyframeSlot> fusing_;
   bool has_keyframe_ = false;
 
   // capture
