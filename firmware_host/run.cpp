@@ -82,11 +82,12 @@ rt::Result<std::string> run(const RunOptions& options) {
   auto sensor = open_source(options.source, source);
   if (!sensor) return sensor.error();
   if (sensor->calibration.depth.width % 4 != 0 || sensor->calibration.depth.height % 4 != 0 ||
-      sensor->calibration.depth.width < 128 || sensor->calibration.depth.width > 960)
+      sensor->calibration.depth.width < 128 || sensor->calibration.depth.width > 960 ||
+      sensor->calibration.depth.height < 96 || sensor->calibration.depth.height > 640)
     return rt::Error{rt::ExitCode::bad_input,
                      options.source + ": depth images of " + std::to_string(sensor->calibration.depth.width) +
                          "x" + std::to_string(sensor->calibration.depth.height) +
-                         " are not supported: both sides must be multiples of 4, the width 128 to 960."};
+                         " are not supported: both sides must be multiples of 4, the width 128 to 960, the height 96 to 640."};
   const auto gravity = find_gravity(options, *sensor);
   if (!gravity) return gravity.error();
   auto labels = choose_labels(options.source, options.model, *settings, *sensor);

@@ -23,9 +23,9 @@ using F = hn::CappedTag<float, 16>;
 
 template <class D, class V>
 HWY_INLINE V Reciprocal(D df, V x) {
-  const hn::RebindToSigned<D> di;
+  const hn::RebindToUnsigned<D> du;
   const auto two = hn::Set(df, 2.0f);
-  auto r = hn::BitCast(df, hn::Sub(hn::Set(di, kReciprocalGuess), hn::BitCast(di, x)));
+  auto r = hn::BitCast(df, hn::Sub(hn::Set(du, kReciprocalGuess), hn::BitCast(du, x)));
   for (int step = 0; step < 3; ++step) r = hn::Mul(r, hn::Sub(two, hn::Mul(x, r)));
   return r;
 }

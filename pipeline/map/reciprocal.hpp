@@ -8,11 +8,11 @@
 namespace tactus::map {
 
 /// The guess is 0x7EF311C3 minus the number's bits: at most 12.2 % off, and Newton squares that three times.
-inline constexpr std::int32_t kReciprocalGuess = 0x7EF311C3;
+inline constexpr std::uint32_t kReciprocalGuess = 0x7EF311C3;
 
 /// Relative error below 4e-7 for normal positive x up to 1e37; finite or infinite, never a trap, for the others.
 inline float reciprocal(float x) noexcept {
-  float r = std::bit_cast<float>(kReciprocalGuess - std::bit_cast<std::int32_t>(x));
+  float r = std::bit_cast<float>(kReciprocalGuess - std::bit_cast<std::uint32_t>(x));
   for (int step = 0; step < 3; ++step) r = r * (2.0f - x * r);
   return r;
 }

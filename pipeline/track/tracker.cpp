@@ -9,7 +9,7 @@
 namespace tactus::track {
 namespace {
 
-constexpr int kChunksMax = 40;              // 270 rows of the widest mode; 256 bytes each
+constexpr int kChunksMax = 40;              // 320 rows at half resolution, what run accepts; 256 bytes each
 constexpr double kConvergedM = 5e-5;        // an increment below 20 um ...
 constexpr double kConvergedRadians = 3e-5;  // ... and 20 um at two metres ends a level
 
