@@ -26,7 +26,7 @@ TEST(Spine, SixtyFramesWithoutNoiseStayOnTheTruePath) {
   const double rmse_m = std::sqrt(sum2 / 60);
   RecordProperty("ate_rmse_um", static_cast<int>(rmse_m * 1e6));
   std::printf("first-pose-aligned ATE RMSE %.3f mm\n", rmse_m * 1e3);
-  EXPECT_LT(rmse_m, 0.003);  // 2.0 mm measured
+  EXPECT_LT(rmse_m, 0.0015);  // 0.96 mm measured
 }
 
 // A flat wall's shape says nothing of two shifts and a turn; its texture does (track_test holds it without).
@@ -59,7 +59,7 @@ TEST(Spine, BlankFramesHoldTheMapAndThePose) {
       EXPECT_EQ(sut.status, rt::Status::ok) << "frame " << i;
     }
   }
-  EXPECT_LT(sut.error_m(), 0.02);  // what the noisy first frames of this small mode leave
+  EXPECT_LT(sut.error_m(), 0.005);
 }
 
 TEST(Spine, TwoRunsAndTwoThreadsGiveTheSameBits) {
