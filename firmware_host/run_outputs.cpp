@@ -118,7 +118,8 @@ void add_events(RunResult& result, const Pipeline& pipeline) {
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const contact::ContactEvent& c = contacts[i];
     RunEvent event;
-    event.time = pipeline.contact_times()[i];
+    event.time = pipeline.contact_frames()[i].time;
+    event.frame = pipeline.contact_frames()[i].sequence;
     event.kind = "contact";
     const auto name = [](MaterialId id) {
       return id < kMaterialCount ? std::string(kMaterialNames[id]) : std::string("unknown");

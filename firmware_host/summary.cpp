@@ -1,5 +1,6 @@
 #include "firmware_host/summary.hpp"
 
+#include <cmath>
 #include <array>
 #include <cinttypes>
 #include <cstdio>
@@ -157,7 +158,13 @@ std::string event_line(const RunEvent& event) {
     const Vec3d& p = *event.position_world_m;
     j["position_world_m"] = {p.x, p.y, p.z};
   }
-  for (const auto& [name, value] : event.values) j[name] = value;
+  for (const auto& [name, value] : event.values) {
+    if (value == std::floor(value) && std::fabs(value) < 1e9) {
+      j[name] = static_cast<std::int64_t>(value);  // an index or a count
+    } else {
+      j[name] = value;
+    }
+  }
   return j.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 

@@ -405,7 +405,7 @@ rt::Status Pipeline::contact_round(rt::Clock clock, rt::Duration duration) noexc
     spawn_due();
     const std::size_t before = contact_sink_.count;
     const rt::Status status = world_.step(duration, contact_sink_);
-    for (std::size_t i = before; i < contact_sink_.count; ++i) contact_times_[i] = view_->header.time;
+    for (std::size_t i = before; i < contact_sink_.count; ++i) contact_frames_[i] = view_->header;
     return status;
   });
 }

@@ -126,8 +126,9 @@ class Pipeline {
   [[nodiscard]] std::span<const contact::ContactEvent> contacts() const noexcept {
     return {contact_events_.data(), contact_sink_.count};
   }
-  [[nodiscard]] std::span<const rt::SensorTime> contact_times() const noexcept {
-    return {contact_times_.data(), contact_sink_.count};
+  /// The frame each contact was shown with.
+  [[nodiscard]] std::span<const hal::FrameHeader> contact_frames() const noexcept {
+    return {contact_frames_.data(), contact_sink_.count};
   }
   [[nodiscard]] const rt::StageRecord& record(Stage stage) const noexcept {
     return records_[static_cast<std::size_t>(stage)];
@@ -209,7 +210,7 @@ class Pipeline {
   std::uint64_t frames_since_tracking_ = 0;
   rt::Duration since_tracking_{};
   std::array<contact::ContactEvent, 4096> contact_events_{};
-  std::array<rt::SensorTime, 4096> contact_times_{};
+  std::array<hal::FrameHeader, 4096> contact_frames_{};
   contact::ContactSink contact_sink_{contact_events_};
   hal::Intrinsics picture_camera_;
   std::span<float> picture_depth_m_;
