@@ -1,8 +1,8 @@
 #include "firmware_host/summary.hpp"
 
-#include <cmath>
 #include <array>
 #include <cinttypes>
+#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
