@@ -1,6 +1,7 @@
 #include "pipeline/register/depth_images.hpp"
 
 #include <cmath>
+#include <cstring>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "pipeline/register/depth_images.cpp"
@@ -10,9 +11,30 @@
 // clang-format on
 #include "rt/assert.hpp"
 
+#ifndef TACTUS_REGISTER_TILE_ROW
+#define TACTUS_REGISTER_TILE_ROW  // this file is compiled once per instruction set
+namespace tactus {
+
+/// A row of tiles: mean depths with one readable float before and after, and its camera.
+struct TileRow {
+  const float *middle, *up, *down;
+  float down_pixels;  // between the centres of up and down
+  float fx, fy, cx, v, sigma_at_one;
+};
+
+}  // namespace tactus
+#endif
+
 HWY_BEFORE_NAMESPACE();
 namespace tactus::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
+
+// depth_sigma_m(), in its order of operations.
+template <class D, class V>
+HWY_INLINE V Sigma(D df, V z) {
+  const auto off = hn::Sub(z, hn::Set(df, 0.4f));
+  return hn::Add(hn::Set(df, 0.0012f), hn::Mul(hn::Mul(hn::Set(df, 0.0019f), off), off));
+}
 
 std::uint32_t NormalizeDepth(const std::uint16_t* HWY_RESTRICT raw, std::size_t count, float units,
                              float limit, std::uint16_t* HWY_RESTRICT depth) {
@@ -78,6 +100,87 @@ void HalfRow(const std::uint16_t* HWY_RESTRICT above, const std::uint16_t* HWY_R
   if (i < count && count >= lanes) hn::StoreU(step(count - lanes), df, out + count - lanes);
 }
 
+// Mean depth of each tile's valid half-resolution pixels; 0 where fewer than two, or where they straddle an edge.
+void TileMeansRow(const float* HWY_RESTRICT above, const float* HWY_RESTRICT below, std::size_t count,
+                  float* HWY_RESTRICT means) {
+  const hn::CappedTag<float, 16> df;
+  const std::size_t lanes = hn::Lanes(df);
+  const auto zero = hn::Zero(df), one = hn::Set(df, 1.0f), big = hn::Set(df, 1e9f);
+  for (std::size_t at = 0; at < count; at += lanes) {
+    const std::size_t i = at + lanes <= count ? at : count - lanes;
+    hn::Vec<decltype(df)> z[4];
+    hn::LoadInterleaved2(df, above + 2 * i, z[0], z[1]);
+    hn::LoadInterleaved2(df, below + 2 * i, z[2], z[3]);
+    auto sum = zero, valid_count = zero, max = zero, min = big;
+    for (const auto& value : z) {
+      const auto valid = hn::Gt(value, zero);
+      sum = hn::Add(sum, value);
+      valid_count = hn::Add(valid_count, hn::IfThenElseZero(valid, one));
+      max = hn::Max(max, value);
+      min = hn::Min(min, hn::IfThenElse(valid, value, big));
+    }
+    const auto mean =
+        hn::IfThenElseZero(hn::Gt(valid_count, one), hn::Div(sum, hn::Max(valid_count, one)));
+    const auto spread_max = hn::Add(hn::Set(df, 0.02f), hn::Mul(hn::Set(df, 4.0f), Sigma(df, mean)));
+    hn::StoreU(hn::IfThenElseZero(hn::Le(hn::Sub(max, min), spread_max), mean), df, means + i);
+  }
+}
+
+// Tile words and slopes of one row of tiles, from its mean depths and those of the rows above and below.
+void TilesRow(const TileRow& row, std::size_t count, std::uint16_t* HWY_RESTRICT tiles,
+              std::uint16_t* HWY_RESTRICT slopes) {
+  const hn::CappedTag<float, 16> df;
+  const hn::RebindToSigned<decltype(df)> di;
+  const hn::Rebind<std::uint16_t, decltype(df)> d16;
+  const std::size_t lanes = hn::Lanes(df);
+  const auto set = [&](float v) { return hn::Set(df, v); };
+  const auto zero = hn::Zero(df), one = set(1.0f);
+  const auto clamped = [&](auto v, float low, float high) { return hn::Min(hn::Max(v, set(low)), set(high)); };
+  for (std::size_t at = 0; at < count; at += lanes) {
+    const std::size_t i = at + lanes <= count ? at : count - lanes;
+    const auto z = hn::LoadU(df, row.middle + i);
+    // The outermost tiles have one neighbour only along the row, one tile away instead of two.
+    const auto column = hn::Iota(df, static_cast<float>(i));
+    const auto is_first = hn::Eq(column, zero), is_last = hn::Eq(column, set(static_cast<float>(count - 1)));
+    const auto left = hn::IfThenElse(is_first, z, hn::LoadU(df, row.middle + i - 1));
+    const auto right = hn::IfThenElse(is_last, z, hn::LoadU(df, row.middle + i + 1));
+    const auto up = hn::LoadU(df, row.up + i), down = hn::LoadU(df, row.down + i);
+    const auto known = hn::And(hn::And(hn::Gt(z, zero), hn::And(hn::Gt(left, zero), hn::Gt(right, zero))),
+                               hn::And(hn::Gt(up, zero), hn::Gt(down, zero)));
+    const auto across = hn::IfThenElse(hn::Or(is_first, is_last), set(4.0f), set(8.0f));
+    // For z(u, v) the plane's normal is (-fx z_u, -fy z_v, z + (u - cx) z_u + (v - cy) z_v), and its product with the ray
+    // ((u - cx) / fx, (v - cy) / fy, 1) is z. Where a neighbour is missing or beyond an edge the surface is taken to face
+    // the camera, with little weight.
+    const auto z_u = hn::IfThenElseZero(known, hn::Div(hn::Sub(right, left), across));
+    const auto z_v = hn::IfThenElseZero(known, hn::Div(hn::Sub(down, up), set(row.down_pixels)));
+    const auto u = hn::Sub(hn::Add(hn::Mul(set(4.0f), column), set(1.5f)), set(row.cx));
+    const auto nx = hn::Mul(set(row.fx), z_u), ny = hn::Mul(set(row.fy), z_v);
+    const auto nz = hn::Add(hn::Add(z, hn::Mul(u, z_u)), hn::Mul(set(row.v), z_v));
+    const auto norm2 = hn::Add(hn::Add(hn::Mul(nx, nx), hn::Mul(ny, ny)), hn::Mul(nz, nz));
+    const auto slant = hn::Div(z, hn::Sqrt(hn::IfThenElse(known, norm2, one)));
+    // Below 0.2 (78 degrees) sensors return nothing that can be trusted.
+    const auto cosine = clamped(hn::IfThenElse(known, slant, one), 0.2f, 1.27f);
+    const auto trust = hn::IfThenElse(known, slant, set(0.25f));
+    const auto relative = hn::IfThenElseZero(hn::Gt(z, zero), hn::Div(set(row.sigma_at_one), Sigma(df, z)));
+    const auto weight =
+        clamped(hn::Mul(hn::Mul(hn::Mul(set(32.0f), relative), relative), trust), 1.0f, 32.0f);
+    const auto rounded = [&](auto v) { return hn::ConvertTo(di, hn::Add(v, set(0.5f))); };
+    const auto tile = hn::Or(rounded(hn::Mul(cosine, set(200.0f))), hn::ShiftLeft<8>(rounded(weight)));
+    hn::StoreU(hn::DemoteTo(d16, tile), d16, tiles + i);
+    const auto signed_byte = [&](auto slope) {
+      const auto units = clamped(hn::Div(slope, set(kSlopeUnitM)), -127.0f, 127.0f);
+      return hn::And(hn::NearestInt(units), hn::Set(di, 0xFF));
+    };
+    const auto packed = hn::Or(signed_byte(z_u), hn::ShiftLeft<8>(signed_byte(z_v)));
+    alignas(64) std::uint16_t one_each[16];
+    hn::Store(hn::DemoteTo(d16, packed), d16, one_each);
+    for (std::size_t lane = 0; lane < lanes; ++lane) {
+      const std::uint64_t four = one_each[lane] * 0x0001'0001'0001'0001ull;
+      std::memcpy(slopes + 4 * (i + lane), &four, sizeof four);
+    }
+  }
+}
+
 void PackRow(const std::uint16_t* HWY_RESTRICT depth, const std::uint16_t* HWY_RESTRICT upper,
              std::size_t count, std::uint32_t* HWY_RESTRICT out) {
   const hn::ScalableTag<std::uint32_t> du;
@@ -99,6 +202,8 @@ HWY_AFTER_NAMESPACE();
 namespace tactus {
 HWY_EXPORT(NormalizeDepth);
 HWY_EXPORT(HalfRow);
+HWY_EXPORT(TileMeansRow);
+HWY_EXPORT(TilesRow);
 HWY_EXPORT(PackRow);
 
 hal::Intrinsics half_resolution(const hal::Intrinsics& full) {
@@ -133,78 +238,32 @@ void half_depth(std::span<const std::uint16_t> depth, int width, int height,
 void integration_image(std::span<const std::uint16_t> depth, std::span<const float> half_m,
                        const hal::Intrinsics& full, std::span<float> tile_scratch,
                        const IntegrationImage& image) noexcept {
-  const int width = full.width, height = full.height;
-  const int half_width = width / 2;
-  const int tiles_x = width / 4, tiles_y = height / 4;
-  TACTUS_ASSERT(width % 4 == 0 && tile_scratch.size() >= tile_scratch_count(width, height) &&
-                image.pixels.size() == depth.size() && image.tiles.size() > tiles_count(width, height));
-  // Mean depth of each tile's valid half-resolution pixels; 0 where fewer than two, or where they straddle an
-  // edge.
-  for (int ty = 0; ty < tiles_y; ++ty)
-    for (int tx = 0; tx < tiles_x; ++tx) {
-      const float* p = &half_m[static_cast<std::size_t>(2 * ty * half_width + 2 * tx)];
-      const float z[4] = {p[0], p[1], p[half_width], p[half_width + 1]};
-      float sum = 0, min = 1e9f, max = 0;
-      int count = 0;
-      for (float v : z)
-        if (v > 0) {
-          sum += v;
-          min = v < min ? v : min;
-          max = v > max ? v : max;
-          ++count;
-        }
-      const float mean = count > 1 ? sum / static_cast<float>(count) : 0.0f;
-      const bool smooth = max - min <= 0.02f + 4.0f * depth_sigma_m(mean);
-      tile_scratch[static_cast<std::size_t>(ty * tiles_x + tx)] = smooth ? mean : 0.0f;
-    }
-  const auto tiles = tile_scratch.first(tiles_count(width, height));
+  const auto width = static_cast<std::size_t>(full.width), height = static_cast<std::size_t>(full.height);
+  const std::size_t tiles_x = width / 4, tiles_y = height / 4;
+  TACTUS_ASSERT(width % 4 == 0 && tiles_x >= 16 &&
+                tile_scratch.size() >= tile_scratch_count(full.width, full.height) &&
+                image.pixels.size() == depth.size() && image.tiles.size() > tiles_count(full.width, full.height));
+  float* means = tile_scratch.data() + 1;  // the float before belongs to the first tile's left neighbour
+  for (std::size_t ty = 0; ty < tiles_y; ++ty) {
+    const float* half_row = &half_m[ty * width];
+    HWY_DYNAMIC_DISPATCH(TileMeansRow)(half_row, half_row + width / 2, tiles_x, means + ty * tiles_x);
+  }
   // The scratch's tail holds one row of slopes at full resolution.
-  auto* slopes = reinterpret_cast<std::uint16_t*>(tile_scratch.data() + tiles.size());
-  const auto fx = static_cast<float>(full.fx), fy = static_cast<float>(full.fy);
-  const auto cx = static_cast<float>(full.cx), cy = static_cast<float>(full.cy);
-  const auto signed_byte = [](float slope) {
-    const float units = slope / kSlopeUnitM;
-    const float limited = units < -127.0f ? -127.0f : (units > 127.0f ? 127.0f : units);
-    return static_cast<std::uint16_t>(
-        static_cast<std::uint8_t>(static_cast<std::int8_t>(std::nearbyint(limited))));
-  };
-  for (int ty = 0; ty < tiles_y; ++ty) {
-    for (int tx = 0; tx < tiles_x; ++tx) {
-      const auto tile = static_cast<std::size_t>(ty * tiles_x + tx);
-      const float z = tiles[tile];
-      const int x0 = tx > 0 ? tx - 1 : tx, x1 = tx + 1 < tiles_x ? tx + 1 : tx;
-      const int y0 = ty > 0 ? ty - 1 : ty, y1 = ty + 1 < tiles_y ? ty + 1 : ty;
-      const float left = tiles[static_cast<std::size_t>(ty * tiles_x + x0)];
-      const float right = tiles[static_cast<std::size_t>(ty * tiles_x + x1)];
-      const float up = tiles[static_cast<std::size_t>(y0 * tiles_x + tx)];
-      const float down = tiles[static_cast<std::size_t>(y1 * tiles_x + tx)];
-      // Where a neighbour is missing or beyond an edge the surface is taken to face the camera, with little
-      // weight.
-      float cosine = 1.0f, trust = 0.25f, z_u = 0.0f, z_v = 0.0f;
-      if (z > 0 && left > 0 && right > 0 && up > 0 && down > 0) {
-        // For z(u, v) the plane's normal is (-fx z_u, -fy z_v, z + (u - cx) z_u + (v - cy) z_v), and its
-        // product with the ray ((u - cx) / fx, (v - cy) / fy, 1) is z.
-        z_u = (right - left) / static_cast<float>(4 * (x1 - x0));
-        z_v = (down - up) / static_cast<float>(4 * (y1 - y0));
-        const float u = static_cast<float>(4 * tx) + 1.5f - cx, v = static_cast<float>(4 * ty) + 1.5f - cy;
-        const float nx = fx * z_u, ny = fy * z_v, nz = z + u * z_u + v * z_v;
-        cosine = z / std::sqrt(nx * nx + ny * ny + nz * nz);
-        trust = cosine;
-      }
-      // Below 0.2 (78 degrees) sensors return nothing that can be trusted.
-      cosine = cosine < 0.2f ? 0.2f : (cosine > 1.27f ? 1.27f : cosine);
-      const float relative = z > 0 ? depth_sigma_m(1.0f) / depth_sigma_m(z) : 0.0f;
-      float weight = 32.0f * relative * relative * trust;
-      weight = weight < 1.0f ? 1.0f : (weight > 32.0f ? 32.0f : weight);
-      image.tiles[tile] = static_cast<std::uint16_t>(static_cast<unsigned>(cosine * 200.0f + 0.5f) |
-                                                     static_cast<unsigned>(weight + 0.5f) << 8);
-      const auto packed = static_cast<std::uint16_t>(signed_byte(z_u) | signed_byte(z_v) << 8);
-      for (int i = 0; i < 4; ++i) slopes[4 * tx + i] = packed;
-    }
-    for (int y = 4 * ty; y < 4 * ty + 4; ++y) {
-      const std::size_t row = static_cast<std::size_t>(y) * static_cast<std::size_t>(width);
-      HWY_DYNAMIC_DISPATCH(PackRow)(&depth[row], slopes, static_cast<std::size_t>(width), &image.pixels[row]);
-    }
+  auto* slopes = reinterpret_cast<std::uint16_t*>(means + tiles_x * tiles_y + 1);
+  for (std::size_t ty = 0; ty < tiles_y; ++ty) {
+    const std::size_t y0 = ty > 0 ? ty - 1 : ty, y1 = ty + 1 < tiles_y ? ty + 1 : ty;
+    const TileRow row{means + ty * tiles_x,
+                      means + y0 * tiles_x,
+                      means + y1 * tiles_x,
+                      static_cast<float>(4 * (y1 - y0)),
+                      static_cast<float>(full.fx),
+                      static_cast<float>(full.fy),
+                      static_cast<float>(full.cx),
+                      static_cast<float>(4 * ty) + 1.5f - static_cast<float>(full.cy),
+                      depth_sigma_m(1.0f)};
+    HWY_DYNAMIC_DISPATCH(TilesRow)(row, tiles_x, &image.tiles[ty * tiles_x], slopes);
+    for (std::size_t y = 4 * ty; y < 4 * ty + 4; ++y)
+      HWY_DYNAMIC_DISPATCH(PackRow)(&depth[y * width], slopes, width, &image.pixels[y * width]);
   }
 }
 

@@ -57,7 +57,7 @@ void integration_image(std::span<const std::uint16_t> depth, std::span<const flo
                        const IntegrationImage& image) noexcept;
 
 constexpr std::size_t tile_scratch_count(int width, int height) {
-  return tiles_count(width, height) + static_cast<std::size_t>(width);
+  return tiles_count(width, height) + static_cast<std::size_t>(width) + 2;
 }
 
 }  // namespace tactus
