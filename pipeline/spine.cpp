@@ -19,10 +19,11 @@ std::size_t pixels_count(const hal::Intrinsics& camera) {
   return static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
 }
 
-// A proposal may lie this far from the truth; acceptance is stricter than for a frame that follows its
-// predecessor, because a wrong acceptance spoils the map.
+// Motion between two frames below which the camera stands still: the estimate's own noise is half of it.
 constexpr double kStillM = 3e-4, kStillTurn = 2e-4;
 
+// A proposal may lie this far from the truth; acceptance is stricter than for a frame that follows its
+// predecessor, because a wrong acceptance spoils the map.
 constexpr double kRelocalizeShiftM = 0.8, kRelocalizeTurn = 0.8;
 constexpr double kRelocalizeInlierShare = 0.75;
 

@@ -10,8 +10,8 @@ namespace tactus::track {
 namespace {
 
 constexpr int kChunksMax = 40;              // 320 rows at half resolution, what run accepts; 256 bytes each
-constexpr double kConvergedM = 5e-5;        // an increment below 20 um ...
-constexpr double kConvergedRadians = 3e-5;  // ... and 20 um at two metres ends a level
+constexpr double kConvergedM = 5e-5;        // an increment below 50 um ...
+constexpr double kConvergedRadians = 3e-5;  // ... and 60 um at two metres ends a level
 
 IcpSums accumulate(const IcpInput& input, const T_ViewLive& T_view_live, const IcpLevel& level,
                    rt::WorkerPool& pool) {
