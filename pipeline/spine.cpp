@@ -19,7 +19,7 @@ std::size_t pixels_count(const hal::Intrinsics& camera) {
   return static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
 }
 
-// Motion between two frames below which the camera stands still: the estimate's own noise is half of it.
+// Motion between two frames below which the camera stands still: without it 60 noisy frames walk 0.08 mm.
 constexpr double kStillM = 3e-4, kStillTurn = 2e-4;
 
 // A proposal may lie this far from the truth; acceptance is stricter than for a frame that follows its
