@@ -39,6 +39,11 @@ struct Sampled {
   MF known;
 };
 
+// Blocks that the last sample of each lane's ray lay in.
+struct LastBlocks {
+  VI x, y, z, index;
+};
+
 // Pool index of the block at (x, y, z) per lane, 0xFFFF where there is none.
 HWY_INLINE VI FindBlocks(const FieldArrays& a, VI x, VI y, VI z, MF wanted) {
   const I di;
@@ -67,7 +72,19 @@ HWY_INLINE VI FindBlocks(const FieldArrays& a, VI x, VI y, VI z, MF wanted) {
 
 HWY_INLINE VF Lerp(VF a, VF b, VF t) { return hn::Add(a, hn::Mul(hn::Sub(b, a), t)); }
 
-HWY_INLINE Sampled Sample(const FieldArrays& a, VF x, VF y, VF z, MF wanted) {
+// Pool index of the block at (x, y, z) per wanted lane: the last one when it is the same, as it is for most rays.
+HWY_INLINE VI FindBlocks(const FieldArrays& a, VI x, VI y, VI z, MF wanted, LastBlocks& last) {
+  const I di;
+  const auto same = hn::And(hn::Eq(x, last.x), hn::And(hn::Eq(y, last.y), hn::Eq(z, last.z)));
+  const auto other = hn::And(hn::RebindMask(di, wanted), hn::Not(same));
+  if (!hn::AllFalse(di, other)) {
+    const auto found = FindBlocks(a, x, y, z, hn::RebindMask(F(), other));
+    last = {x, y, z, hn::IfThenElse(other, found, last.index)};
+  }
+  return last.index;
+}
+
+HWY_INLINE Sampled Sample(const FieldArrays& a, VF x, VF y, VF z, MF wanted, LastBlocks& last) {
   const F df;
   const I di;
   const U du;
@@ -75,37 +92,51 @@ HWY_INLINE Sampled Sample(const FieldArrays& a, VF x, VF y, VF z, MF wanted) {
   const auto ix = hn::ConvertTo(di, floor_x), iy = hn::ConvertTo(di, floor_y),
              iz = hn::ConvertTo(di, floor_z);
   const auto block =
-      FindBlocks(a, hn::ShiftRight<3>(ix), hn::ShiftRight<3>(iy), hn::ShiftRight<3>(iz), wanted);
+      FindBlocks(a, hn::ShiftRight<3>(ix), hn::ShiftRight<3>(iy), hn::ShiftRight<3>(iz), wanted, last);
   const auto none = hn::Set(di, kNoBlock);
   auto known = hn::And(hn::RebindMask(di, wanted), hn::Ne(block, none));
   const auto base = hn::IfThenElseZero(known, block);
   const auto seven = hn::Set(di, 7);
   const auto lx = hn::And(ix, seven), ly = hn::And(iy, seven), lz = hn::And(iz, seven);
   const auto one = hn::Set(di, 1);
-  const VI x0 = lx, x1 = hn::Add(lx, one), y1 = hn::Add(ly, one), z1 = hn::Add(lz, one);
+  const VI y1 = hn::Add(ly, one), z1 = hn::Add(lz, one);
   const auto unknown = hn::Set(di, kTsdfUnknown);
+  const auto neighbour = [&](VI over) {
+    // 16-bit entries through a 32-bit gather; the two bytes read past the table's end lie in the same arena.
+    const auto at = hn::ShiftLeft<1>(hn::Add(hn::ShiftLeft<3>(base), over));
+    const auto word = hn::GatherOffset(du, reinterpret_cast<const std::uint32_t*>(a.neighbours), at);
+    return hn::BitCast(di, hn::And(word, hn::Set(du, 0xFFFFu)));
+  };
+  const auto voxels = [&](VI holder, VI voxel) {
+    const auto at = hn::ShiftLeft<1>(hn::Add(hn::ShiftLeft<9>(holder), voxel));
+    return hn::GatherOffset(di, reinterpret_cast<const std::int32_t*>(a.tsdf), at);
+  };
+  const auto leaves = hn::Eq(lx, seven);  // lanes whose corners at x + 1 lie in another block
+  const bool any_leaves = !hn::AllFalse(di, leaves);
   VF v[8];
-  for (int corner = 0; corner < 8; ++corner) {
-    const VI cx = corner & 1 ? x1 : x0, cy = corner & 2 ? y1 : ly, cz = corner & 4 ? z1 : lz;
-    const auto over = hn::Or(hn::ShiftRight<3>(cx), hn::Or(hn::ShiftLeft<1>(hn::ShiftRight<3>(cy)),
-                                                           hn::ShiftLeft<2>(hn::ShiftRight<3>(cz))));
+  for (int edge = 0; edge < 4; ++edge) {  // along x: one gather reads both ends
+    const VI cy = edge & 1 ? y1 : ly, cz = edge & 2 ? z1 : lz;
+    const auto over =
+        hn::Or(hn::ShiftLeft<1>(hn::ShiftRight<3>(cy)), hn::ShiftLeft<2>(hn::ShiftRight<3>(cz)));
     VI holder = base;
-    if (corner != 0 && !hn::AllTrue(di, hn::Eq(over, hn::Zero(di)))) {
-      // 16-bit entries through a 32-bit gather; the two bytes read past the table's end lie in the same
-      // arena.
-      const auto at = hn::ShiftLeft<1>(hn::Add(hn::ShiftLeft<3>(base), over));
-      const auto word = hn::GatherOffset(du, reinterpret_cast<const std::uint32_t*>(a.neighbours), at);
-      holder = hn::BitCast(di, hn::And(word, hn::Set(du, 0xFFFFu)));
+    if (edge != 0 && !hn::AllTrue(di, hn::Eq(over, hn::Zero(di)))) {
+      holder = neighbour(over);
       known = hn::And(known, hn::Ne(holder, none));
       holder = hn::IfThenElseZero(known, holder);
     }
-    const auto voxel = hn::Or(hn::And(cx, seven), hn::Or(hn::ShiftLeft<3>(hn::And(cy, seven)),
-                                                         hn::ShiftLeft<6>(hn::And(cz, seven))));
-    const auto at = hn::ShiftLeft<1>(hn::Add(hn::ShiftLeft<9>(holder), voxel));
-    const auto word = hn::GatherOffset(di, reinterpret_cast<const std::int32_t*>(a.tsdf), at);
-    const auto raw = hn::ShiftRight<16>(hn::ShiftLeft<16>(word));
-    known = hn::And(known, hn::Ne(raw, unknown));
-    v[corner] = hn::ConvertTo(df, raw);
+    const auto row = hn::Or(hn::ShiftLeft<3>(hn::And(cy, seven)), hn::ShiftLeft<6>(hn::And(cz, seven)));
+    const auto pair = voxels(holder, hn::Or(lx, row));
+    const auto begin = hn::ShiftRight<16>(hn::ShiftLeft<16>(pair));
+    auto end = hn::ShiftRight<16>(pair);
+    if (any_leaves) {
+      const auto next = neighbour(hn::Or(over, one));
+      known = hn::And(known, hn::Not(hn::And(leaves, hn::Eq(next, none))));
+      const auto there = voxels(hn::IfThenElseZero(hn::And(known, leaves), next), row);
+      end = hn::IfThenElse(leaves, hn::ShiftRight<16>(hn::ShiftLeft<16>(there)), end);
+    }
+    known = hn::And(known, hn::And(hn::Ne(begin, unknown), hn::Ne(end, unknown)));
+    v[2 * edge] = hn::ConvertTo(df, begin);
+    v[2 * edge + 1] = hn::ConvertTo(df, end);
   }
   const auto tx = hn::Sub(x, floor_x), ty = hn::Sub(y, floor_y), tz = hn::Sub(z, floor_z);
   const auto edge = [&](int i) { return hn::Add(v[i], hn::Mul(hn::Sub(v[i + 1], v[i]), tx)); };
@@ -176,9 +207,11 @@ void PredictGuided(const FieldArrays& a, const PredictConstants& c, const float*
               set(c.scale));
         };
         const auto dx = along(0), dy = along(3), dz = along(6);
+        const auto nowhere = hn::Set(I(), INT32_MIN);
+        LastBlocks last{nowhere, nowhere, nowhere, hn::Set(I(), kNoBlock)};
         const auto at = [&](VF z, MF wanted) {
           return Sample(a, hn::Add(set(c.ox), hn::Mul(dx, z)), hn::Add(set(c.oy), hn::Mul(dy, z)),
-                        hn::Add(set(c.oz), hn::Mul(dz, z)), wanted);
+                        hn::Add(set(c.oz), hn::Mul(dz, z)), wanted, last);
         };
         const auto s0 = at(hn::IfThenElseZero(measured, z0), measured);
         auto good = hn::And(s0.known, hn::Lt(hn::Abs(s0.value), set(PredictConstants::kValueMax)));
