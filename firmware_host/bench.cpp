@@ -15,8 +15,6 @@ namespace {
 
 constexpr std::size_t kWarmUpCount = 10;  // the first frames allocate all that is in view
 constexpr std::uint32_t kMapTimesView = 10;
-// What the CRF will add (pipeline/map/block.hpp): 3 bytes a cell of 8 voxels.
-constexpr double kCrfBytesPerVoxel = 3.0 / 8;
 
 /// Of each frame the lesser CPU time of two passes, and the median of that.
 double median_of_least(const BenchPass& a, const BenchPass& b) {
@@ -43,7 +41,7 @@ rt::Result<std::string> bench(const BenchOptions& options) {
   const std::uint32_t blocks = profile.spine.map.blocks_capacity;
   const double lists =
       static_cast<double>(map::ActiveSet::bytes_needed(blocks)) / (blocks * map::kBlockVoxels);
-  result.bytes_per_voxel = map::Map::bytes_per_voxel(profile.spine.map) + lists + kCrfBytesPerVoxel;
+  result.bytes_per_voxel = map::Map::bytes_per_voxel(profile.spine.map) + lists;
   if (options.blocks_capacity > 0) profile.spine.map.blocks_capacity = options.blocks_capacity;
   result.config = profile.spine;
 

@@ -91,7 +91,7 @@ std::string bench_text(const BenchResult& r) {
   append(text, "  %-46s %7.1f MB   %6.0f %6.0f   %s\n", "planned memory, x86 profile, no network",
          planned_mb(r), kBenchPlanned_mb.must, kBenchPlanned_mb.goal,
          verdict(planned_mb(r), kBenchPlanned_mb));
-  append(text, "  %-46s %10.2f   %6.0f %6.0f   %s\n", "bytes per voxel, CRF state (0.375) included",
+  append(text, "  %-46s %10.2f   %6.0f %6.0f   %s\n", "bytes per voxel, all in",
          r.bytes_per_voxel, kBenchBytesPerVoxel.must, kBenchBytesPerVoxel.goal,
          verdict(r.bytes_per_voxel, kBenchBytesPerVoxel));
   if (r.pass.heap_is_guarded) {

@@ -32,7 +32,7 @@ void plan_memory(const Profile& profile, const hal::RigCalibration& rig, const P
   const bool has_labels = options.scores_width > 0;
   const std::size_t map = map::Map::bytes_needed(profile.spine.map);
   plan.add(row("map", {{"blocks", 1}}, map, "map",
-               "blocks x (voxels 1536 + colours 256 + labels 512 + header 32) + hash 16 a block"));
+               "blocks x (voxels 1536 + colours 256 + labels 512 + refined labels 192 + header 32) + hash 16 a block"));
   plan.add(row(
       "spine", {{"images", 1}}, Spine::bytes_needed(rig, profile.spine), "spine",
       "depth 2 B a pixel, tangent planes 4 B, half-resolution depth, colour and model view, brightness keyframes, keyframe store"));

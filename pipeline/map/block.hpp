@@ -5,7 +5,7 @@
 // so on. In a block voxels and cells are stored x fastest, then y, then z.
 //
 //   per voxel   tsdf int16 + weight uint8                     3     bytes
-//   per cell    colour 4, label distribution 8, CRF 3 (/ 8)   1.875 bytes a voxel
+//   per cell    colour 4, label distribution 8, refined 3 (/ 8)   1.875 bytes a voxel
 //   per block   header 32, hash 16, lists 6 (/ 512)           0.11  bytes a voxel      together <= 5
 #pragma once
 

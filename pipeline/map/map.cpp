@@ -12,17 +12,17 @@
 namespace tactus::map {
 namespace {
 
-// What the CRF will add per cell; the promise of 5 bytes a voxel is kept with it.
-constexpr std::size_t kCrfBytesPerCell = 3;
+constexpr std::size_t kRefinedBytes = 3;  // of a cell: 24 bits
 constexpr std::size_t kBlockBytes = kBlockVoxels * (sizeof(std::int16_t) + sizeof(std::uint8_t)) +
-                                    kBlockCells * (sizeof(ColorCell) + sizeof(LabelWord));
+                                    kBlockCells * (sizeof(ColorCell) + sizeof(LabelWord) + kRefinedBytes);
 constexpr std::size_t kHeaderBytes = sizeof(BlockKey) + 3 * sizeof(std::uint32_t) + 8 * sizeof(BlockIndex) + sizeof(std::uint8_t);
 constexpr std::size_t kListBytes =
     3 * sizeof(BlockIndex);  // free list here, active and previous list in integrate
 constexpr std::size_t kHashBytesAtHalfLoad = 2 * sizeof(std::uint64_t);
-static_assert(kBlockBytes + kBlockCells * kCrfBytesPerCell + kHeaderBytes + kListBytes +
-                  kHashBytesAtHalfLoad <=
-              5 * kBlockVoxels);
+static_assert(kBlockBytes + kHeaderBytes + kListBytes + kHashBytesAtHalfLoad <= 5 * kBlockVoxels);
+
+// A block is changed once a frame, for a tenth of a microsecond: a second try nearly always succeeds.
+constexpr int kCopyTries = 4;
 
 std::uint64_t load_word(std::span<const std::uint64_t> words, std::size_t i) {
   return std::atomic_ref(const_cast<std::uint64_t&>(words[i])).load(std::memory_order_relaxed);
@@ -33,6 +33,14 @@ void store_words(std::uint64_t* to, const void* from, std::size_t words_count) {
     std::uint64_t word;
     std::memcpy(&word, static_cast<const std::byte*>(from) + i * 8, 8);
     std::atomic_ref(to[i]).store(word, std::memory_order_relaxed);
+  }
+}
+
+void load_words(const std::uint64_t* from, void* to, std::size_t words_count) {
+  for (std::size_t i = 0; i < words_count; ++i) {
+    const std::uint64_t word =
+        std::atomic_ref(const_cast<std::uint64_t&>(from[i])).load(std::memory_order_relaxed);
+    std::memcpy(static_cast<std::byte*>(to) + i * 8, &word, 8);
   }
 }
 
@@ -57,6 +65,7 @@ std::size_t Map::bytes_needed(const MapConfig& config) {
   const std::size_t n = config.blocks_capacity;
   return rt::bytes_of<std::uint64_t>(n * kTsdfWords) + rt::bytes_of<std::uint64_t>(n * kWeightWords) +
          rt::bytes_of<std::uint64_t>(n * kColorWords) + rt::bytes_of<LabelWord>(n * kBlockCells) +
+         rt::bytes_of<std::uint64_t>(n * kRefinedLowWords) + rt::bytes_of<std::uint64_t>(n * kRefinedHighWords) +
          rt::bytes_of<BlockKey>(n) + 3 * rt::bytes_of<std::uint32_t>(n) + rt::bytes_of<BlockIndex>(n * 8) +
          rt::bytes_of<BlockIndex>(n) + rt::bytes_of<std::uint8_t>(n) + BlockHash::bytes_needed(n);
 }
@@ -74,6 +83,8 @@ void Map::bind(rt::Slice memory, const MapConfig& config) {
   weight_ = memory.take<std::uint64_t>(n * kWeightWords);
   color_ = memory.take<std::uint64_t>(n * kColorWords);
   label_ = memory.take<LabelWord>(n * kBlockCells);
+  refined_low_ = memory.take<std::uint64_t>(n * kRefinedLowWords);
+  refined_high_ = memory.take<std::uint64_t>(n * kRefinedHighWords);
   keys_ = memory.take<BlockKey>(n);
   sequence_ = memory.take<std::uint32_t>(n);
   last_seen_ = memory.take<std::uint32_t>(n);
@@ -119,6 +130,8 @@ BlockIndex Map::find_or_allocate(BlockKey key) noexcept {
   fill_words(&weight_[block * kWeightWords], 0, kWeightWords);
   fill_words(&color_[block * kColorWords], 0, kColorWords);
   fill_words(&label_[std::size_t{block} * kBlockCells], 0, kBlockCells);
+  fill_words(&refined_low_[block * kRefinedLowWords], 0, kRefinedLowWords);
+  fill_words(&refined_high_[block * kRefinedHighWords], 0, kRefinedHighWords);
   std::atomic_ref(label_frame_[block]).store(0, std::memory_order_relaxed);
   std::atomic_ref(keys_[block]).store(key, std::memory_order_relaxed);
   write_end(block);
@@ -170,6 +183,20 @@ void Map::publish_labels(BlockIndex block, std::span<const LabelWord, kBlockCell
   write_end(block);
 }
 
+void Map::publish_refined(BlockIndex block,
+                          std::span<const label::RefinedWord, kBlockCells> refined) noexcept {
+  std::uint8_t low[kBlockCells];
+  std::uint16_t high[kBlockCells];
+  for (std::size_t c = 0; c < kBlockCells; ++c) {
+    low[c] = static_cast<std::uint8_t>(refined[c]);
+    high[c] = static_cast<std::uint16_t>(refined[c] >> 8);
+  }
+  write_begin(block);
+  store_words(&refined_low_[block * kRefinedLowWords], low, kRefinedLowWords);
+  store_words(&refined_high_[block * kRefinedHighWords], high, kRefinedHighWords);
+  write_end(block);
+}
+
 std::uint32_t Map::sequence_begin(BlockIndex block) const noexcept {
   return std::atomic_ref(sequence_[block]).load(std::memory_order_acquire);
 }
@@ -205,6 +232,28 @@ LabelWord Map::label_concurrent(BlockIndex block, int cell) const noexcept {
   return load_word(label_, std::size_t{block} * kBlockCells + static_cast<std::size_t>(cell));
 }
 
+label::RefinedWord Map::refined_concurrent(BlockIndex block, int cell) const noexcept {
+  const auto c = static_cast<std::size_t>(cell);
+  const std::uint64_t low = load_word(refined_low_, block * kRefinedLowWords + c / 8) >> (8 * (c % 8));
+  const std::uint64_t high = load_word(refined_high_, block * kRefinedHighWords + c / 4) >> (16 * (c % 4));
+  return static_cast<label::RefinedWord>((low & 0xFFU) | (high & 0xFFFFU) << 8);
+}
+
+bool Map::copy_concurrent(BlockIndex block, BlockCopy& out) const noexcept {
+  for (int attempt = 0; attempt < kCopyTries; ++attempt) {
+    const std::uint32_t begun = sequence_begin(block);
+    out.key = key_concurrent(block);
+    if (out.key == kNoKey) return false;
+    out.label_frame = label_frame_concurrent(block);
+    load_words(&tsdf_[block * kTsdfWords], out.tsdf, kTsdfWords);
+    load_words(&color_[block * kColorWords], out.color, kColorWords);
+    load_words(&label_[std::size_t{block} * kBlockCells], out.labels, kBlockCells);
+    for (int c = 0; c < kBlockCells; ++c) out.refined[c] = refined_concurrent(block, c);
+    if (sequence_validate(block, begun)) return true;
+  }
+  return false;
+}
+
 std::uint32_t Map::label_frame_concurrent(BlockIndex block) const noexcept {
   return std::atomic_ref(label_frame_[block]).load(std::memory_order_relaxed);
 }
@@ -223,6 +272,8 @@ Map::Hash Map::hash_content() const {
     hash.geometry = fnv1a(hash.geometry, color(b), kColorWords * 8);
     hash.labels = fnv1a(hash.labels, &k, sizeof k);
     hash.labels = fnv1a(hash.labels, labels(b).data(), kBlockCells * sizeof(LabelWord));
+    hash.labels = fnv1a(hash.labels, &refined_low_[b * kRefinedLowWords], kRefinedLowWords * 8);
+    hash.labels = fnv1a(hash.labels, &refined_high_[b * kRefinedHighWords], kRefinedHighWords * 8);
   }
   return hash;
 }

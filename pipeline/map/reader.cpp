@@ -94,7 +94,7 @@ bool read_field(const Map& map, const Vec3f& lattice, FieldSample& out, BlockCac
 }
 
 // What the cell around a point of the surface holds.
-void read_cell(const Map& map, const Vec3f& lattice, SurfacePoint& out, BlockCache& cache) {
+void read_cell(const Map& map, const Vec3f& lattice, LabelView view, SurfacePoint& out, BlockCache& cache) {
   const int i = static_cast<int>(std::floor(lattice.x + 0.5f)),
             j = static_cast<int>(std::floor(lattice.y + 0.5f)),
             k = static_cast<int>(std::floor(lattice.z + 0.5f));
@@ -102,21 +102,29 @@ void read_cell(const Map& map, const Vec3f& lattice, SurfacePoint& out, BlockCac
   const BlockIndex block = lookup(map, key, cache);
   const int cell = cell_of_voxel(in_block(i), in_block(j), in_block(k));
   LabelWord word = 0;
+  label::RefinedWord refined = 0;
   ColorCell color;
   std::uint32_t frame = 0;
   bool good = false;
   for (int attempt = 0; attempt < kReadTries && !good && block != kNoBlock; ++attempt) {
     const std::uint32_t begun = map.sequence_begin(block);
     word = map.label_concurrent(block, cell);
+    refined = map.refined_concurrent(block, cell);
     color = map.color_concurrent(block, cell);
     frame = map.label_frame_concurrent(block);
     good = map.key_concurrent(block) == key && map.sequence_validate(block, begun);
   }
   if (!good) word = 0;
+  if (!good || view == LabelView::fused) refined = 0;
   out.color = {color.r, color.g, color.b};
   out.label_observations = static_cast<std::uint8_t>(label::observations(word));  // at most 127
-  out.material = out.label_observations > 0 ? label::best(word) : kUnknownMaterial;
-  label::decode(word, out.materials);
+  if (refined != 0) {
+    out.material = label::refined_best(refined);
+    label::refined_decode(refined, out.materials);
+  } else {
+    out.material = out.label_observations > 0 ? label::best(word) : kUnknownMaterial;
+    label::decode(word, out.materials);
+  }
   out.label_age_frames = map.frame_concurrent() - frame;
 }
 
@@ -206,7 +214,7 @@ bool Reader::raycast(const Vec3f& origin_world_m, const Vec3f& direction_world, 
   }
   out.position_world_m = at(hit) * voxel_size_m();
   out.normal_world = sample.gradient.normalized();
-  read_cell(*map_, at(hit), out, cache);
+  read_cell(*map_, at(hit), view_, out, cache);
   return true;
 }
 
@@ -226,7 +234,7 @@ bool Reader::nearest_surface(const Vec3f& p_world_m, SurfacePoint& out) const no
     if (std::fabs(distance) < kFoundVoxels) {
       out.position_world_m = p * voxel_size_m();
       out.normal_world = sample.gradient.normalized();
-      read_cell(*map_, p, out, cache);
+      read_cell(*map_, p, view_, out, cache);
       return true;
     }
     // Newton's step along the gradient, no longer than the distance itself claims.

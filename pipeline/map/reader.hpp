@@ -20,7 +20,7 @@ struct DistanceSample {
 struct SurfacePoint {
   Vec3f position_world_m;
   Vec3f normal_world;                // unit, towards free space
-  MaterialDistribution materials{};  // posterior; uniform where nothing has been labelled
+  MaterialDistribution materials{};  // posterior, refined by the CRF where it has come by; uniform where unknown
   MaterialId material =
       kUnknownMaterial;  // most likely one; kUnknownMaterial where nothing has been labelled
   std::uint32_t label_age_frames =
@@ -29,12 +29,18 @@ struct SurfacePoint {
   Rgb8 color;
 };
 
+/// What a reader takes for a cell's material.
+enum class LabelView : std::uint8_t {
+  refined,  // what the CRF found, where it has come by; else as fused
+  fused     // eq. (1) alone
+};
+
 /// A view of the live map for one reading thread. Cheap to copy. Every call is lock-free and bounded: a block
 /// that the writer changes under the reader is read again up to a fixed number of times, then answers
 /// "unknown" (false).
 class Reader {
  public:
-  explicit Reader(const Map& map) : map_(&map) {}
+  explicit Reader(const Map& map, LabelView view = LabelView::refined) : map_(&map), view_(view) {}
 
   /// False where any of the eight voxels around the point was never observed: unseen space is not solid.
   [[nodiscard]] bool sample(const Vec3f& p_world_m, DistanceSample& out) const noexcept;
@@ -55,6 +61,7 @@ class Reader {
 
  private:
   const Map* map_;
+  LabelView view_;
 };
 
 }  // namespace tactus::map

@@ -16,7 +16,6 @@ namespace {
 
 constexpr std::size_t kX86BytesMax = 96'000'000;  // the stricter reading of 96 MB
 constexpr double kBytesPerVoxelMax = 5;
-constexpr double kCrfBytesPerCell = 3;  // not in the map yet; its room is kept
 
 firmware::WholePlan plan_at_vga(const Profile& profile) {
   return firmware::plan_whole_program(profile, hal::synthetic::calibration_of({}));
@@ -38,16 +37,14 @@ TEST(MemoryBudget, HeadsetPlansAtMostItsOwnLimit) {
   EXPECT_LE(bytes, headset_profile().memory_bytes_max);
 }
 
-TEST(MemoryBudget, AVoxelCostsAtMostFiveBytesWithTheCrfsShare) {
+TEST(MemoryBudget, AVoxelCostsAtMostFiveBytesAllIn) {
   for (const Profile& profile : {x86_profile(), headset_profile()}) {
     const double map = map::Map::bytes_per_voxel(profile.spine.map);
     const double lists =
         static_cast<double>(map::ActiveSet::bytes_needed(profile.spine.map.blocks_capacity)) /
         (static_cast<double>(profile.spine.map.blocks_capacity) * map::kBlockVoxels);
-    const double with_crf = map + lists + kCrfBytesPerCell * map::kBlockCells / map::kBlockVoxels;
-    std::printf("bytes per voxel, %s: map %.3f, lists %.3f, with the CRF's %.3f\n", profile.name.data(), map,
-                lists, with_crf);
-    EXPECT_LE(with_crf, kBytesPerVoxelMax);
+    std::printf("bytes per voxel, %s: map %.3f, lists %.3f\n", profile.name.data(), map, lists);
+    EXPECT_LE(map + lists, kBytesPerVoxelMax);
     EXPECT_GE(map, 3) << "a distance and a weight alone are 3";
   }
 }
