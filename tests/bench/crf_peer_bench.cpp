@@ -235,7 +235,7 @@ Ours run_ours(const LabelledPoints& cells, const label::CrfParameters& parameter
   ours.solve = timed(repeats, [&] { ours.report = crf.solve(marginals); });
   label::most_probable(marginals, ours.labels);
   ours.columns = crf.engine().columns_count();
-  for (std::size_t m = 0; m < 3; ++m) ours.vertices[m] = crf.engine().lattice(m).vertices_count();
+  for (std::size_t m = 0; m < 3; ++m) ours.vertices[m] = crf.engine().vertices_count(m);
   return ours;
 }
 

@@ -8,6 +8,7 @@
 #include "hwy/foreach_target.h"
 // clang-format off
 #include "hwy/highway.h"
+#include "hwy/cache_control.h"
 // clang-format on
 #include "rt/assert.hpp"
 
@@ -18,11 +19,11 @@ namespace tactus::label {
 /// One walk over the points: slice the blurred lattices, softmax, splat into the next lattices.
 struct CrfPass {
   struct Kernel {
-    const VertexWeight* simplices;
+    const CrfSimplexVertex* simplices;
     std::size_t per_point;
     const float* slice_scale;
-    const float* from;
-    float* to;
+    const std::int16_t* from;
+    std::int16_t* to;
   };
   std::array<Kernel, kCrfKernelsMax> kernel;
   std::size_t kernels_count, points_count;
@@ -59,16 +60,26 @@ hn::Vec<D> Exponential(D df, hn::Vec<D> x) {
   return hn::IfThenElseZero(is_normal, hn::Mul(p, power));
 }
 
+// Lanes of a vector: half a cache line of columns, or 8 when there are 8 or 24.
 template <std::size_t kColumns>
-using Tag = hn::CappedTag<float, kColumns == 16 ? 16 : 8>;
+using FixedTag = hn::CappedTag<std::int16_t, kColumns == 16 ? 16 : 8>;
+template <std::size_t kColumns>
+using FloatTag = hn::CappedTag<float, kColumns == 16 ? 16 : 8>;
 
 template <std::size_t kColumns>
 void Pass(CrfPass& pass) {
-  const Tag<kColumns> df;
-  constexpr std::size_t kLanes = hn::MaxLanes(Tag<kColumns>());
-  constexpr std::size_t kVectors = kColumns / kLanes;
-  using V = hn::Vec<Tag<kColumns>>;
+  const FloatTag<kColumns> df;
+  const FixedTag<kColumns> dq;
+  const hn::Rebind<std::int16_t, FloatTag<kColumns>>
+      dh;  // as many 16-bit lanes as there are floats in a vector
+  const hn::RebindToSigned<FloatTag<kColumns>> di;
+  constexpr std::size_t kLanes = hn::MaxLanes(FloatTag<kColumns>()), kVectors = kColumns / kLanes;
+  constexpr std::size_t kFixedLanes = hn::MaxLanes(FixedTag<kColumns>()),
+                        kFixedVectors = kColumns / kFixedLanes;
+  using V = hn::Vec<FloatTag<kColumns>>;
+  using Q = hn::Vec<FixedTag<kColumns>>;
   alignas(64) float exponentials[kColumns];
+  alignas(64) std::int16_t fixed[kColumns];
   auto change = hn::Zero(df);
   for (std::size_t i = 0; i < pass.points_count; ++i) {
     V x[kVectors];
@@ -76,17 +87,22 @@ void Pass(CrfPass& pass) {
     if (pass.has_from) {
       for (std::size_t m = 0; m < pass.kernels_count; ++m) {
         const CrfPass::Kernel& kernel = pass.kernel[m];
-        const VertexWeight* const simplex = kernel.simplices + i * kernel.per_point;
-        V sum[kVectors];
-        for (std::size_t c = 0; c < kVectors; ++c) sum[c] = hn::Zero(df);
+        const CrfSimplexVertex* const simplex = kernel.simplices + i * kernel.per_point;
+        Q sum[kFixedVectors];
+        for (std::size_t c = 0; c < kFixedVectors; ++c) sum[c] = hn::Zero(dq);
         for (std::size_t k = 0; k < kernel.per_point; ++k) {
-          const float* const from = kernel.from + std::size_t{simplex[k].vertex} * kColumns;
-          const auto weight = hn::Set(df, simplex[k].weight);
-          for (std::size_t c = 0; c < kVectors; ++c)
-            sum[c] = hn::Add(sum[c], hn::Mul(weight, hn::Load(df, from + c * kLanes)));
+          const std::int16_t* const from =
+              kernel.from + std::size_t{simplex[k].vertex & ~kFirstTouch} * kColumns;
+          const auto share = hn::Set(dq, simplex[k].slice);
+          for (std::size_t c = 0; c < kFixedVectors; ++c)
+            sum[c] =
+                hn::SaturatedAdd(sum[c], hn::MulFixedPoint15(share, hn::Load(dq, from + c * kFixedLanes)));
         }
+        for (std::size_t c = 0; c < kFixedVectors; ++c) hn::Store(sum[c], dq, fixed + c * kFixedLanes);
         const auto scale = hn::Set(df, kernel.slice_scale[i]);
-        for (std::size_t c = 0; c < kVectors; ++c) x[c] = hn::Add(x[c], hn::Mul(scale, sum[c]));
+        for (std::size_t c = 0; c < kVectors; ++c)
+          x[c] = hn::Add(
+              x[c], hn::Mul(scale, hn::ConvertTo(df, hn::PromoteTo(di, hn::Load(dh, fixed + c * kLanes)))));
       }
       if constexpr (kColumns == kCrfColumnsMax) {
         if (pass.cost != nullptr) {
@@ -127,46 +143,57 @@ void Pass(CrfPass& pass) {
       x[c] = hn::Mul(x[c], inverse);
       change = hn::Max(change, hn::Abs(hn::Sub(x[c], hn::Load(df, marginals + c * kLanes))));
       hn::Store(x[c], df, marginals + c * kLanes);
+      const auto rounded =
+          hn::ConvertTo(di, hn::Add(hn::Mul(x[c], hn::Set(df, 32767.0F)), hn::Set(df, 0.5F)));
+      hn::Store(hn::DemoteTo(dh, rounded), dh, fixed + c * kLanes);
     }
     if (!pass.has_to) continue;
+    Q q[kFixedVectors];
+    for (std::size_t c = 0; c < kFixedVectors; ++c) q[c] = hn::Load(dq, fixed + c * kFixedLanes);
     for (std::size_t m = 0; m < pass.kernels_count; ++m) {
       const CrfPass::Kernel& kernel = pass.kernel[m];
-      const VertexWeight* const simplex = kernel.simplices + i * kernel.per_point;
+      const CrfSimplexVertex* const simplex = kernel.simplices + i * kernel.per_point;
       for (std::size_t k = 0; k < kernel.per_point; ++k) {
-        float* const to = kernel.to + std::size_t{simplex[k].vertex} * kColumns;
-        const auto weight = hn::Set(df, simplex[k].weight);
-        for (std::size_t c = 0; c < kVectors; ++c)
-          hn::Store(hn::Add(hn::Load(df, to + c * kLanes), hn::Mul(weight, x[c])), df, to + c * kLanes);
+        std::int16_t* const to = kernel.to + std::size_t{simplex[k].vertex & ~kFirstTouch} * kColumns;
+        const auto share = hn::Set(dq, simplex[k].splat);
+        const auto keep =
+            hn::Set(dq, static_cast<std::int16_t>((simplex[k].vertex >> 31) - 1U));  // 0 or all ones
+        for (std::size_t c = 0; c < kFixedVectors; ++c)
+          hn::Store(hn::SaturatedAdd(hn::And(keep, hn::Load(dq, to + c * kFixedLanes)),
+                                     hn::MulFixedPoint15(share, q[c])),
+                    dq, to + c * kFixedLanes);
       }
     }
   }
   pass.change_max = hn::GetLane(hn::MaxOfLanes(df, change));
 }
 
+// Rows are short in 6 dimensions: a branch at their ends would be predicted wrongly every few vertices, so
+// what lies beyond an end is loaded all the same and has no share.
 template <std::size_t kColumns>
-void Blur(const std::uint32_t* chain, std::size_t count, float* values) {
-  const Tag<kColumns> df;
-  constexpr std::size_t kLanes = hn::MaxLanes(Tag<kColumns>());
-  constexpr std::size_t kVectors = kColumns / kLanes;
-  using V = hn::Vec<Tag<kColumns>>;
-  const auto half = hn::Set(df, 0.5F);
-  for (std::size_t k = 0; k < count;) {
-    V before[kVectors], here[kVectors];
+void Blur(const CrfChainVertex* chain, std::size_t count, std::int16_t* values) {
+  const FixedTag<kColumns> dq;
+  constexpr std::size_t kLanes = hn::MaxLanes(FixedTag<kColumns>()), kVectors = kColumns / kLanes;
+  using Q = hn::Vec<FixedTag<kColumns>>;
+  constexpr std::size_t kAhead = 32;
+  if (count == 0) return;
+  Q before[kVectors], here[kVectors];
+  for (std::size_t c = 0; c < kVectors; ++c) {
+    before[c] = hn::Zero(dq);
+    here[c] = hn::Load(dq, values + std::size_t{chain[0].vertex} * kColumns + c * kLanes);
+  }
+  for (std::size_t k = 0; k < count; ++k) {
+    std::int16_t* const at = values + std::size_t{chain[k].vertex} * kColumns;
+    const std::int16_t* const from = values + std::size_t{chain[k + 1 < count ? k + 1 : k].vertex} * kColumns;
+    hwy::Prefetch(values + std::size_t{chain[k + kAhead < count ? k + kAhead : k].vertex} * kColumns);
+    const auto before_share = hn::Set(dq, chain[k].before), after_share = hn::Set(dq, chain[k].after);
     for (std::size_t c = 0; c < kVectors; ++c) {
-      before[c] = hn::Zero(df);
-      here[c] = hn::Load(df, values + std::size_t{chain[k] & ~kChainEnd} * kColumns + c * kLanes);
-    }
-    for (bool is_last = false; !is_last; ++k) {
-      is_last = (chain[k] & kChainEnd) != 0;
-      float* const at = values + std::size_t{chain[k] & ~kChainEnd} * kColumns;
-      for (std::size_t c = 0; c < kVectors; ++c) {
-        const auto after =
-            is_last ? hn::Zero(df)
-                    : hn::Load(df, values + std::size_t{chain[k + 1] & ~kChainEnd} * kColumns + c * kLanes);
-        hn::Store(hn::Add(here[c], hn::Mul(half, hn::Add(before[c], after))), df, at + c * kLanes);
-        before[c] = here[c];
-        here[c] = after;
-      }
+      const auto after = hn::Load(dq, from + c * kLanes);
+      const auto moved = hn::Add(hn::MulFixedPoint15(before_share, hn::Sub(before[c], here[c])),
+                                 hn::MulFixedPoint15(after_share, hn::Sub(after, here[c])));
+      hn::Store(hn::Add(here[c], moved), dq, at + c * kLanes);
+      before[c] = here[c];
+      here[c] = after;
     }
   }
 }
@@ -177,16 +204,10 @@ void RunPass(CrfPass& pass, std::size_t columns) {
   return Pass<24>(pass);
 }
 
-void RunBlur(const Lattice& lattice, std::size_t columns, float* values) {
-  for (int axis = 0; axis <= lattice.dimensions(); ++axis) {
-    const auto chain = lattice.chains(axis);
-    if (columns == 8)
-      Blur<8>(chain.data(), chain.size(), values);
-    else if (columns == 16)
-      Blur<16>(chain.data(), chain.size(), values);
-    else
-      Blur<24>(chain.data(), chain.size(), values);
-  }
+void RunBlur(const CrfChainVertex* chain, std::size_t count, std::size_t columns, std::int16_t* values) {
+  if (columns == 8) return Blur<8>(chain, count, values);
+  if (columns == 16) return Blur<16>(chain, count, values);
+  return Blur<24>(chain, count, values);
 }
 
 }  // namespace tactus::label::HWY_NAMESPACE
@@ -200,43 +221,61 @@ HWY_EXPORT(RunBlur);
 namespace {
 
 constexpr float kPaddedCostNat = 1e20F;  // its exponential is 0
-constexpr float kTinyDegree = 1e-20F;
+constexpr float kTinyMass = 1e-20F;
+constexpr float kOne = 32767;  // in 1/32768: what fits 16 bits and means 1
 
 std::size_t vertices_max_of(const DenseCrfConfig& config) {
   std::size_t most = 0;
   for (const auto& kernel : config.kernel) most = std::max(most, kernel.vertices_max);
   return most;
 }
+int dimensions_max_of(const DenseCrfConfig& config) {
+  int most = 0;
+  for (const auto& kernel : config.kernel) most = std::max(most, kernel.dimensions);
+  return most;
+}
+std::size_t per_point(int dimensions) { return static_cast<std::size_t>(dimensions) + 1; }
+
+std::int16_t to_fixed(float share) { return static_cast<std::int16_t>(share * kOne + 0.5F); }
 
 }  // namespace
 
 std::size_t DenseCrf::bytes_needed(const DenseCrfConfig& config) {
-  std::size_t bytes = LatticeHash::bytes_needed(vertices_max_of(config)) +
-                      rt::bytes_of<std::uint32_t>(vertices_max_of(config)) +
+  const std::size_t vertices_max = vertices_max_of(config);
+  std::size_t bytes = LatticeHash::bytes_needed(vertices_max) +
+                      Lattice::bytes_needed(dimensions_max_of(config), config.points_max, vertices_max) +
+                      rt::bytes_of<std::uint32_t>(vertices_max) + rt::bytes_of<float>(vertices_max) +
                       rt::bytes_of<float>(config.points_max * kLatticeDimensionsMax) +
                       2 * rt::bytes_of<float>(config.points_max * kCrfColumnsMax);
   for (const auto& kernel : config.kernel)
     if (kernel.dimensions != 0)
-      bytes += Lattice::bytes_needed(kernel.dimensions, config.points_max, kernel.vertices_max) +
+      bytes += rt::bytes_of<CrfSimplexVertex>(config.points_max * per_point(kernel.dimensions)) +
+               rt::bytes_of<CrfChainVertex>(kernel.vertices_max * per_point(kernel.dimensions)) +
                rt::bytes_of<float>(config.points_max) +
-               2 * rt::bytes_of<float>(kernel.vertices_max * kCrfColumnsMax);
+               2 * rt::bytes_of<std::int16_t>(kernel.vertices_max * kCrfColumnsMax);
   return bytes;
 }
 
 void DenseCrf::bind(rt::Slice& memory, const DenseCrfConfig& config) {
   config_ = config;
-  hash_.bind(memory, vertices_max_of(config));
-  next_ = memory.take<std::uint32_t>(vertices_max_of(config));
+  const std::size_t vertices_max = vertices_max_of(config);
+  hash_.bind(memory, vertices_max);
+  lattice_.bind(memory, dimensions_max_of(config), config.points_max, vertices_max);
+  next_ = memory.take<std::uint32_t>(vertices_max);
+  mass_ = memory.take<float>(vertices_max);
   features_ = memory.take<float>(config.points_max * kLatticeDimensionsMax);
   unary_ = memory.take<float>(config.points_max * kCrfColumnsMax);
   marginals_ = memory.take<float>(config.points_max * kCrfColumnsMax);
   for (std::size_t m = 0; m < kCrfKernelsMax; ++m) {
     const auto& wanted = config.kernel[m];
+    Kernel& kernel = kernel_[m];
+    kernel.dimensions = wanted.dimensions;
     if (wanted.dimensions == 0) continue;
-    kernel_[m].lattice.bind(memory, wanted.dimensions, config.points_max, wanted.vertices_max);
-    kernel_[m].slice_scale = memory.take<float>(config.points_max);
-    kernel_[m].values = memory.take<float>(wanted.vertices_max * kCrfColumnsMax);
-    kernel_[m].scratch = memory.take<float>(wanted.vertices_max * kCrfColumnsMax);
+    kernel.simplices = memory.take<CrfSimplexVertex>(config.points_max * per_point(wanted.dimensions));
+    kernel.chains = memory.take<CrfChainVertex>(wanted.vertices_max * per_point(wanted.dimensions));
+    kernel.slice_scale = memory.take<float>(config.points_max);
+    kernel.values = memory.take<std::int16_t>(wanted.vertices_max * kCrfColumnsMax);
+    kernel.scratch = memory.take<std::int16_t>(wanted.vertices_max * kCrfColumnsMax);
   }
 }
 
@@ -255,26 +294,73 @@ rt::Status DenseCrf::add_kernel(std::size_t m, float weight, std::span<const flo
   Kernel& kernel = kernel_[m];
   kernel.is_used = false;
   if (weight == 0 || points_count_ == 0) return rt::Status::ok;
-  const rt::Status built = kernel.lattice.build(features, hash_, next_);
+  hash_.clear(config_.kernel[m].vertices_max);
+  const rt::Status built = lattice_.build(kernel.dimensions, features, hash_, next_);
   if (built != rt::Status::ok) return built;
-  // Degrees: the filter of ones.
-  const auto ones = marginals_.first(points_count_);
-  std::fill(ones.begin(), ones.end(), 1.0F);
-  lattice_filter(kernel.lattice, ones, kernel.values, kernel.slice_scale.first(points_count_));
-  const std::size_t per_point = kernel.lattice.per_point();
-  const auto simplices = kernel.lattice.simplices();
-  for (std::size_t i = 0; i < points_count_; ++i) {
-    const float degree = std::max(kernel.slice_scale[i], kTinyDegree);
-    if (normalisation == CrfNormalisation::per_point) {
-      kernel.slice_scale[i] = weight / degree;
-      continue;
-    }
-    const float scale = std::sqrt(weight / degree);  // once when splatting, once when slicing
-    kernel.slice_scale[i] = 1;
-    for (VertexWeight& v : simplices.subspan(i * per_point, per_point)) v.weight *= scale;
-  }
+  quantise(kernel, weight, normalisation);
   kernel.is_used = true;
   return rt::Status::ok;
+}
+
+// Masses: of a vertex what all points put there, splat_scale each; blurred along one axis after the other,
+// they give the neighbours' shares; sliced, they give the point's message its size.
+void DenseCrf::quantise(Kernel& kernel, float weight, CrfNormalisation normalisation) noexcept {
+  const std::size_t vertices = per_point(kernel.dimensions);
+  const auto simplices = lattice_.simplices();
+  const auto splat_scale = marginals_.first(points_count_);
+  kernel.vertices_count = lattice_.vertices_count();
+  std::fill(splat_scale.begin(), splat_scale.end(), 1.0F);
+  if (normalisation == CrfNormalisation::symmetric) {
+    const auto degree = unary_.first(points_count_);
+    lattice_filter(lattice_, splat_scale, mass_, degree);
+    for (std::size_t i = 0; i < points_count_; ++i)
+      splat_scale[i] = 1 / std::sqrt(std::max(degree[i], kTinyMass));
+  }
+  const auto mass = mass_.first(kernel.vertices_count);
+  std::fill(mass.begin(), mass.end(), 0.0F);
+  for (std::size_t i = 0; i < points_count_; ++i)
+    for (std::size_t k = 0; k < vertices; ++k) {
+      const VertexWeight& v = simplices[i * vertices + k];
+      mass[v.vertex] += v.weight * splat_scale[i];
+    }
+  std::fill_n(next_.begin(), kernel.vertices_count, kFirstTouch);
+  for (std::size_t i = 0; i < points_count_; ++i)
+    for (std::size_t k = 0; k < vertices; ++k) {
+      const VertexWeight& v = simplices[i * vertices + k];
+      const float share = v.weight * splat_scale[i] / std::max(mass[v.vertex], kTinyMass);
+      kernel.simplices[i * vertices + k] = {v.vertex | next_[v.vertex], to_fixed(std::min(share, 1.0F)), 0};
+      next_[v.vertex] = 0;
+    }
+  std::size_t length = 0;
+  for (int axis = 0; axis <= kernel.dimensions; ++axis) {
+    kernel.chain_begin[static_cast<std::size_t>(axis)] = length;
+    float before = 0;
+    const auto chain = lattice_.chains(axis);
+    for (std::size_t k = 0; k < chain.size(); ++k) {
+      const bool is_last = (chain[k] & kChainEnd) != 0;
+      float& here = mass[chain[k] & ~kChainEnd];
+      const float old = here, after = is_last ? 0 : mass[chain[k + 1] & ~kChainEnd];
+      here = old + 0.5F * (before + after);
+      const float inverse = 0.5F / std::max(here, kTinyMass);
+      kernel.chains[length++] = {chain[k] & ~kChainEnd, to_fixed(before * inverse),
+                                 to_fixed(after * inverse)};
+      before = is_last ? 0 : old;
+    }
+  }
+  kernel.chain_begin[vertices] = length;
+  for (std::size_t i = 0; i < points_count_; ++i) {
+    float message = 0;
+    for (const VertexWeight& v : simplices.subspan(i * vertices, vertices))
+      message += v.weight * mass[v.vertex];
+    const float inverse = 1 / std::max(message, kTinyMass);
+    for (std::size_t k = 0; k < vertices; ++k) {
+      const VertexWeight& v = simplices[i * vertices + k];
+      kernel.simplices[i * vertices + k].slice =
+          to_fixed(std::min(v.weight * mass[v.vertex] * inverse, 1.0F));
+    }
+    kernel.slice_scale[i] =
+        (normalisation == CrfNormalisation::symmetric ? weight * splat_scale[i] * message : weight) / kOne;
+  }
 }
 
 void DenseCrf::begin_columns(const CrfCompatibility& compatibility) noexcept {
@@ -341,12 +427,9 @@ CrfReport DenseCrf::solve(int iterations_max, float settled_change) noexcept {
     if (kernel.is_used) used[pass.kernels_count++] = &kernel;
   const auto walk = [&](bool has_from, bool has_to) {
     for (std::size_t m = 0; m < pass.kernels_count; ++m) {
-      Kernel& kernel = *used[m];
-      if (has_to)
-        std::fill_n(kernel.scratch.begin(), std::size_t{kernel.lattice.vertices_count()} * columns_padded_,
-                    0.0F);
-      pass.kernel[m] = {kernel.lattice.simplices().data(), kernel.lattice.per_point(),
-                        kernel.slice_scale.data(), kernel.values.data(), kernel.scratch.data()};
+      const Kernel& kernel = *used[m];
+      pass.kernel[m] = {kernel.simplices.data(), per_point(kernel.dimensions), kernel.slice_scale.data(),
+                        kernel.values.data(), kernel.scratch.data()};
     }
     pass.has_from = has_from;
     pass.has_to = has_to;
@@ -355,8 +438,11 @@ CrfReport DenseCrf::solve(int iterations_max, float settled_change) noexcept {
   walk(false, iterations_max > 0);
   while (report.iterations < iterations_max) {
     for (std::size_t m = 0; m < pass.kernels_count; ++m) {
-      std::swap(used[m]->values, used[m]->scratch);
-      HWY_DYNAMIC_DISPATCH(RunBlur)(used[m]->lattice, columns_padded_, used[m]->values.data());
+      Kernel& kernel = *used[m];
+      std::swap(kernel.values, kernel.scratch);
+      for (std::size_t axis = 0; axis < per_point(kernel.dimensions); ++axis) HWY_DYNAMIC_DISPATCH(RunBlur)
+      (&kernel.chains[kernel.chain_begin[axis]], kernel.chain_begin[axis + 1] - kernel.chain_begin[axis],
+       columns_padded_, kernel.values.data());
     }
     ++report.iterations;
     walk(true, report.iterations < iterations_max);
