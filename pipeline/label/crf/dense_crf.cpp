@@ -414,42 +414,61 @@ void DenseCrf::load_unary(std::size_t point, const float* cost_nat) noexcept {
   for (std::size_t l = 0; l < kMaterialCount; ++l) unary[column_of_[l]] = cost_nat[l];
 }
 
-CrfReport DenseCrf::solve(int iterations_max, float settled_change) noexcept {
-  CrfReport report;
+// One pass over the points; answers the largest move of any marginal.
+float DenseCrf::walk(bool has_from, bool has_to) noexcept {
   CrfPass pass{};
   pass.points_count = points_count_;
   pass.unary = unary_.data();
   pass.multiplicity = multiplicity_.data();
   pass.cost = is_potts_ ? nullptr : cost_.data();
   pass.marginals = marginals_.data();
-  std::array<Kernel*, kCrfKernelsMax> used{};
-  for (Kernel& kernel : kernel_)
-    if (kernel.is_used) used[pass.kernels_count++] = &kernel;
-  const auto walk = [&](bool has_from, bool has_to) {
-    for (std::size_t m = 0; m < pass.kernels_count; ++m) {
-      const Kernel& kernel = *used[m];
-      pass.kernel[m] = {kernel.simplices.data(), per_point(kernel.dimensions), kernel.slice_scale.data(),
-                        kernel.values.data(), kernel.scratch.data()};
-    }
-    pass.has_from = has_from;
-    pass.has_to = has_to;
-    HWY_DYNAMIC_DISPATCH(RunPass)(pass, columns_padded_);
-  };
-  walk(false, iterations_max > 0);
+  for (const Kernel& kernel : kernel_)
+    if (kernel.is_used)
+      pass.kernel[pass.kernels_count++] = {kernel.simplices.data(), per_point(kernel.dimensions),
+                                           kernel.slice_scale.data(), kernel.values.data(),
+                                           kernel.scratch.data()};
+  pass.has_from = has_from;
+  pass.has_to = has_to;
+  HWY_DYNAMIC_DISPATCH(RunPass)(pass, columns_padded_);
+  return pass.change_max;
+}
+
+void DenseCrf::blur() noexcept {
+  for (Kernel& kernel : kernel_) {
+    if (!kernel.is_used) continue;
+    std::swap(kernel.values, kernel.scratch);
+    for (std::size_t axis = 0; axis < per_point(kernel.dimensions); ++axis) HWY_DYNAMIC_DISPATCH(RunBlur)
+    (&kernel.chains[kernel.chain_begin[axis]], kernel.chain_begin[axis + 1] - kernel.chain_begin[axis],
+     columns_padded_, kernel.values.data());
+  }
+}
+
+CrfReport DenseCrf::solve(int iterations_max, float settled_change) noexcept {
+  CrfReport report;
+  (void)walk(false, iterations_max > 0);
   while (report.iterations < iterations_max) {
-    for (std::size_t m = 0; m < pass.kernels_count; ++m) {
-      Kernel& kernel = *used[m];
-      std::swap(kernel.values, kernel.scratch);
-      for (std::size_t axis = 0; axis < per_point(kernel.dimensions); ++axis) HWY_DYNAMIC_DISPATCH(RunBlur)
-      (&kernel.chains[kernel.chain_begin[axis]], kernel.chain_begin[axis + 1] - kernel.chain_begin[axis],
-       columns_padded_, kernel.values.data());
-    }
+    blur();
     ++report.iterations;
-    walk(true, report.iterations < iterations_max);
-    report.change_max = pass.change_max;
-    if (pass.change_max < settled_change) break;
+    report.change_max = walk(true, report.iterations < iterations_max);
+    if (report.change_max < settled_change) break;
   }
   return report;
+}
+
+float DenseCrf::iterate() noexcept {
+  blur();
+  return walk(true, true);
+}
+
+bool DenseCrf::change_unary(std::size_t point, const float* cost_nat) noexcept {
+  std::array<const float*, kCrfColumnsMax> first{};
+  for (std::size_t l = 0; l < kMaterialCount; ++l) {
+    const float*& seen = first[column_of_[l]];
+    if (seen == nullptr) seen = &cost_nat[l];
+    if (*seen != cost_nat[l]) return false;
+  }
+  load_unary(point, cost_nat);
+  return true;
 }
 
 void DenseCrf::marginals_of(std::size_t point, std::span<float, kMaterialCount> marginals) const noexcept {

@@ -84,6 +84,14 @@ class DenseCrf {
   /// Mean field from softmax(-unary).
   CrfReport solve(int iterations_max, float settled_change) noexcept;
 
+  /// The same one iteration at a time, for whoever spreads the work: start(), then iterate() as often as
+  /// wanted, each giving the largest move of any marginal. Between iterations single points may get new costs
+  /// by change_unary(); false, and nothing changed, when the materials of one column would part: set_unary()
+  /// and start() again then.
+  void start() noexcept { walk(false, true); }
+  float iterate() noexcept;
+  [[nodiscard]] bool change_unary(std::size_t point, const float* cost_nat) noexcept;
+
   /// The 23 marginals of a point after solve().
   void marginals_of(std::size_t point, std::span<float, kMaterialCount> marginals) const noexcept;
 
@@ -114,6 +122,8 @@ class DenseCrf {
   void split_columns(const float* cost_nat) noexcept;
   void end_columns() noexcept;
   void load_unary(std::size_t point, const float* cost_nat) noexcept;
+  float walk(bool has_from, bool has_to) noexcept;
+  void blur() noexcept;
 
   DenseCrfConfig config_{};
   std::size_t points_count_ = 0, columns_count_ = 0, columns_padded_ = 8;
