@@ -7,13 +7,6 @@
 namespace tactus::label {
 namespace {
 
-DenseCrfConfig engine_config(const BatchCrfConfig& config) {
-  return {config.points_max,
-          {{{3, config.smoothness_vertices_max},
-            {6, config.appearance_vertices_max},
-            {6, config.surface_vertices_max}}}};
-}
-
 // The low 10 bits of v, two zeros between each.
 constexpr std::uint32_t spread_bits(std::uint32_t v) {
   v &= 0x3FF;
@@ -26,13 +19,52 @@ static_assert(spread_bits(0x3FF) == 0x9249249);
 
 }  // namespace
 
+DenseCrfConfig surface_engine_config(const BatchCrfConfig& config) noexcept {
+  return {config.points_max,
+          {{{3, config.smoothness_vertices_max},
+            {6, config.appearance_vertices_max},
+            {6, config.surface_vertices_max}}}};
+}
+
+rt::Status add_surface_kernel(DenseCrf& engine, std::size_t kernel, const CrfPoints& points,
+                              std::span<const std::uint32_t> order, const CrfParameters& p) noexcept {
+  const std::size_t n = points.size(), dimensions = kernel == kSmoothness ? 3 : 6;
+  const std::span<float> features = engine.feature_scratch().first(n * dimensions);
+  const float theta_position_m = kernel == kSmoothness   ? p.smoothness.theta_position_m
+                                 : kernel == kAppearance ? p.appearance.theta_position_m
+                                                         : p.surface.theta_position_m;
+  const float inverse_position = 1 / theta_position_m;
+  const float inverse = kernel == kAppearance ? 1 / p.appearance.theta_color : 1 / p.surface.theta_normal;
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t from = order.empty() ? i : order[i];
+    float* const f = &features[i * dimensions];
+    const Vec3f at = points.position_m[from] * inverse_position;
+    f[0] = at.x;
+    f[1] = at.y;
+    f[2] = at.z;
+    if (dimensions == 3) continue;
+    const Rgb8 c = points.color[from];
+    const Vec3f other = (kernel == kAppearance ? Vec3f{static_cast<float>(c.r), static_cast<float>(c.g),
+                                                       static_cast<float>(c.b)}
+                                               : points.normal[from]) *
+                        inverse;
+    f[3] = other.x;
+    f[4] = other.y;
+    f[5] = other.z;
+  }
+  const float weight = kernel == kSmoothness   ? p.smoothness.weight
+                       : kernel == kAppearance ? p.appearance.weight
+                                               : p.surface.weight;
+  return engine.add_kernel(kernel, weight, features, p.normalisation);
+}
+
 std::size_t BatchCrf::bytes_needed(const BatchCrfConfig& config) {
-  return DenseCrf::bytes_needed(engine_config(config)) + rt::bytes_of<std::uint32_t>(config.points_max) +
+  return DenseCrf::bytes_needed(surface_engine_config(config)) + rt::bytes_of<std::uint32_t>(config.points_max) +
          rt::bytes_of<std::uint64_t>(config.points_max);
 }
 
 void BatchCrf::bind(rt::Slice& memory, const BatchCrfConfig& config) {
-  engine_.bind(memory, engine_config(config));
+  engine_.bind(memory, surface_engine_config(config));
   order_ = memory.take<std::uint32_t>(config.points_max);
   keys_ = memory.take<std::uint64_t>(config.points_max);
 }
@@ -61,34 +93,9 @@ rt::Status BatchCrf::prepare(const CrfPoints& points, const CrfParameters& p) no
   std::sort(keys_.begin(), keys_.begin() + static_cast<std::ptrdiff_t>(n));
   for (std::size_t i = 0; i < n; ++i) order_[i] = static_cast<std::uint32_t>(keys_[i]);
 
-  const auto add = [&](std::size_t m, float weight, float theta_position_m, std::size_t dimensions,
-                       float theta, const auto& second) {
-    const std::span<float> features = engine_.feature_scratch().first(n * dimensions);
-    const float inverse_position = 1 / theta_position_m, inverse = 1 / theta;
-    for (std::size_t i = 0; i < n; ++i) {
-      float* const f = &features[i * dimensions];
-      const Vec3f at = points.position_m[order_[i]] * inverse_position;
-      f[0] = at.x;
-      f[1] = at.y;
-      f[2] = at.z;
-      if (dimensions == 3) continue;
-      const Vec3f other = second(order_[i]) * inverse;
-      f[3] = other.x;
-      f[4] = other.y;
-      f[5] = other.z;
-    }
-    return engine_.add_kernel(m, weight, features, p.normalisation);
-  };
-  const auto color = [&](std::size_t i) {
-    const Rgb8 c = points.color[i];
-    return Vec3f{static_cast<float>(c.r), static_cast<float>(c.g), static_cast<float>(c.b)};
-  };
-  const auto normal = [&](std::size_t i) { return points.normal[i]; };
-  rt::Status status = add(0, p.smoothness.weight, p.smoothness.theta_position_m, 3, 1, normal);
-  if (status == rt::Status::ok)
-    status = add(1, p.appearance.weight, p.appearance.theta_position_m, 6, p.appearance.theta_color, color);
-  if (status == rt::Status::ok)
-    status = add(2, p.surface.weight, p.surface.theta_position_m, 6, p.surface.theta_normal, normal);
+  rt::Status status = rt::Status::ok;
+  for (std::size_t kernel = 0; kernel < kCrfKernelsMax && status == rt::Status::ok; ++kernel)
+    status = add_surface_kernel(engine_, kernel, points, {order_.data(), n}, p);
   if (status != rt::Status::ok) {
     static_cast<void>(engine_.begin(0));
     return status;
