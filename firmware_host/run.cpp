@@ -161,6 +161,7 @@ rt::Result<std::string> run(const RunOptions& options) {
     if (!ran) return ran.error();
     wall_s = *ran;
   }
+  pipeline->finish_refining();
   rt::heap_guard::unseal();
 
   // What came of it.

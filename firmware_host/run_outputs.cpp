@@ -96,6 +96,7 @@ void add_labels(RunResult& result, const RunFacts& facts, const Pipeline& pipeli
   result.labels.keyframes_replaced = pipeline.counts().keyframes_replaced;
   auto ages = std::vector<float>(pipeline.label_ages_ms().begin(), pipeline.label_ages_ms().end());
   result.labels.age_ms_p50 = summarise_latency(ages).p50;
+  if (pipeline.refiner() != nullptr) result.labels.refined = pipeline.refiner()->counters();
   std::array<std::uint64_t, kMaterialCount + 1> count{};
   std::array<double, kMaterialCount + 1> probability{};
   for (const map::MeshVertex& v : mesh.vertices) {

@@ -13,6 +13,7 @@
 #include "firmware_host/machine.hpp"
 #include "pipeline/evaluate/trajectory.hpp"
 #include "pipeline/label/material.hpp"
+#include "pipeline/map/refine_labels.hpp"
 
 namespace tactus::firmware {
 
@@ -64,6 +65,7 @@ struct LabelingResult {
   std::uint64_t keyframes_segmented = 0;
   std::uint64_t keyframes_replaced = 0;  // came while the network was busy and were overtaken by a later one
   double age_ms_p50 = 0;                 // keyframe taken to label in the map
+  map::RefineCounters refined;           // all 0 when the CRF did not run
   std::vector<LabelResult> surface;      // materials that occur, unknown included
 };
 

@@ -90,6 +90,7 @@ double run_lockstep(Pipeline& pipeline, double frame_rate_hz, std::uint64_t fram
     if (captured != rt::Status::ok) continue;  // rejected by the sensor and counted there
     (void)pipeline.spine_round(clock, rt::kNoDeadline);
     (void)pipeline.segment_round(clock);
+    (void)pipeline.refine_round(clock);
     (void)pipeline.contact_round(clock, frame_time);
     if (pictures != nullptr) pictures->consider(pipeline, clock, frame);
     progress.update(++frame);
@@ -147,6 +148,14 @@ void segment_main(void* context) {
       run.clock.sleep_until(run.clock.now() + rt::Duration{2'000'000});
 }
 
+void refine_main(void* context) {
+  auto& run = *static_cast<Realtime*>(context);
+  while (!run.spine_is_over.load(std::memory_order_acquire)) {
+    (void)run.pipeline->refine_round(run.clock);
+    run.clock.sleep_until(run.clock.now() + rt::Duration{5'000'000});
+  }
+}
+
 void present_main(void* context) {
   auto& run = *static_cast<Realtime*>(context);
   rt::Cadence cadence(kContactPeriod, run.clock.now());
@@ -196,6 +205,11 @@ rt::Result<double> run_realtime(Pipeline& pipeline, double frame_rate_hz, bool i
         .priority = 0,
         .stack_bytes = std::size_t{1} << 20},
        segment_main},
+      {{.name = "refine",
+        .policy = rt::SchedulingPolicy::normal,
+        .priority = 0,
+        .stack_bytes = std::size_t{256} << 10},
+       refine_main},
       {{.name = "capture",
         .policy = rt::SchedulingPolicy::fifo,
         .priority = 70,
@@ -203,7 +217,7 @@ rt::Result<double> run_realtime(Pipeline& pipeline, double frame_rate_hz, bool i
        capture_main},
   };
   {
-    std::array<rt::RtThread, 4> threads;
+    std::array<rt::RtThread, 5> threads;
     for (std::size_t i = 0; i < threads.size(); ++i) {
       auto started = rt::RtThread::start(table[i].spec, table[i].function, &run);
       if (!started) {

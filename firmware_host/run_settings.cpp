@@ -50,13 +50,18 @@ constexpr std::array kKeys = {
 std::string known_keys() {
   std::string names;
   for (const Key& key : kKeys) names += std::string(names.empty() ? "" : ", ") + key.name;
-  return names + ", labels.source, labels.class_map";
+  return names + ", labels.source, labels.class_map, labels.crf";
 }
 
 rt::Result<void> apply(RunSettings& settings, const std::string& key, const std::string& text,
                        const std::string& where) {
   if (key == "labels.class_map") {
     settings.class_map = text;
+    return {};
+  }
+  if (key == "labels.crf") {
+    if (text != "on" && text != "off") return wrong(where, "labels.crf is on or off, not '" + text + "'.");
+    settings.profile.refines_labels = text == "on";
     return {};
   }
   if (key == "labels.source") {
@@ -128,7 +133,8 @@ const char* settings_help() {
   return "Keys of --set and of a profile file (TOML; base = \"x86\" | \"headset\" first):\n"
          "  map.blocks_capacity map.voxel_size_m map.truncation_m map.free_blocks_min depth.max_m\n"
          "  relocalize.keyframes keyframe.every_frames threads bodies memory.max_mib trace.records\n"
-         "  labels.source = auto | network | truth | off      labels.class_map = FILE.toml\n";
+         "  labels.source = auto | network | truth | off      labels.class_map = FILE.toml\n"
+         "  labels.crf = on | off\n";
 }
 
 rt::Result<RunSettings> read_settings(const std::string& profile, std::span<const std::string> settings) {

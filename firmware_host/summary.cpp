@@ -64,6 +64,12 @@ json labels_json(const LabelingResult& labels) {
           {"keyframes_segmented", labels.keyframes_segmented},
           {"keyframes_replaced", labels.keyframes_replaced},
           {"age_ms_p50", labels.age_ms_p50},
+          {"refined",
+           {{"regions", labels.refined.regions},
+            {"rounds", labels.refined.rounds},
+            {"iterations", labels.refined.iterations},
+            {"cells", labels.refined.cells},
+            {"regions_too_fine", labels.refined.too_fine}}},
           {"surface", std::move(surface)}};
 }
 

@@ -1,7 +1,8 @@
 // THE latency table, and who gives way when late.
 //
 // Late means skip, never catch up. Who gives way first: segment (a keyframe that comes while the network is
-// busy replaces the one waiting), then fuse (labels wait a frame), then render (a picture is dropped), then
+// busy replaces the one waiting) and refine (a fixed share of work a frame, on
+// the lowest priority), then fuse (labels wait a frame), then render (a picture is dropped), then
 // integrate (every second frame). Register, track and predict never: the pose and what it is tracked against
 // come first.
 #pragma once
@@ -22,10 +23,11 @@ enum class Stage : std::uint8_t {
   predict,
   fuse,
   segment,
+  refine,
   contact,
   render
 };
-inline constexpr std::size_t kStagesCount = 9;
+inline constexpr std::size_t kStagesCount = 10;
 
 struct StageBudget {
   Stage stage;
@@ -47,6 +49,8 @@ inline constexpr std::array<StageBudget, kStagesCount> kBudgets = {{
     {Stage::predict, "predict", "spine", 4_ms, 6_ms, rt::WhenLate::run},
     {Stage::fuse, "fuse", "spine", 4_ms, 6_ms, rt::WhenLate::skip},
     {Stage::segment, "segment", "segment", 300_ms, 400_ms, rt::WhenLate::run},
+    {Stage::refine, "refine", "refine", 30_ms, 60_ms,
+     rt::WhenLate::run},  // 2 ms a frame on average; p99: one lattice of a region
     {Stage::contact, "contact", "present", 2_ms, 4_ms, rt::WhenLate::run},
     {Stage::render, "render", "present", 16_ms, 33_ms, rt::WhenLate::skip},
 }};

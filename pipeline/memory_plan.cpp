@@ -57,6 +57,10 @@ void plan_memory(const Profile& profile, const hal::RigCalibration& rig, const P
             scores,
         "segment", "half-resolution depth, colour or labels, 23 probabilities per score pixel"));
   }
+  if (has_labels && profile.refines_labels)
+    plan.add(row("refine", {{"region", 1}},
+                 map::LabelRefiner::bytes_needed(profile.refine, profile.spine.map.blocks_capacity), "refine",
+                 "cells of a region with costs and marginals (24 columns), lattices of the three kernels"));
   if (options.network_bytes > 0)
     plan.add(row("network", {{"weights and activations", 1}}, options.network_bytes, "segment",
                  "XNNPACK's pool; not counted in the profile's limit"));
@@ -76,7 +80,7 @@ void plan_memory(const Profile& profile, const hal::RigCalibration& rig, const P
                  "render",
                  "the drawn camera's view of the real: metres, material ids; and the picture read back"));
   }
-  plan.add(row("trace", {{"spine", 1}, {"present", 1}, {"segment", 1}, {"capture", 1}},
+  plan.add(row("trace", {{"spine", 1}, {"present", 1}, {"segment", 1}, {"capture", 1}, {"refine", 1}},
                rt::TraceRing::bytes_needed(profile.trace_records_count), "runner",
                "newest records of each thread"));
 }

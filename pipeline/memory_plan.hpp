@@ -12,7 +12,7 @@ struct PlanOptions {
   bool has_render = false;
   bool labels_from_source = false;
   std::size_t network_bytes = 0;            // 0: no network
-  int scores_width = 0, scores_height = 0;  // 0: no labels
+  int scores_width = 0, scores_height = 0;  // 0: no labels, nothing to refine
 };
 
 /// Frames in flight: capture fills 1, 2 wait for the spine, spine 1, 1 waits for present, present 1.

@@ -46,6 +46,9 @@ using FrameRef = rt::FramePool<SensorFrame>::Ref;
 using FrameLease = rt::FramePool<SensorFrame>::Lease;
 using KeyframeSlot = std::uint32_t;
 
+/// refine -> spine, by value. The spine takes all that wait once a frame, refine makes a few hundred a frame at most.
+inline constexpr std::size_t kRefinedBlocksWaiting = 512;
+
 inline constexpr std::size_t kKeyframeSlots = 4;  // segment 1 + waiting 1 + answered 1 + being filled 1
 
 }  // namespace tactus

@@ -111,6 +111,11 @@ rt::Result<void> Pipeline::bind(const PipelineSetup& setup, rt::MemoryPlan& plan
                            std::to_string(kScoresSideMax) +
                            " pixels each way that are planned for: cut it before its resize."};
   }
+  if (has_labels && setup.profile.refines_labels) {
+    rt::Slice memory = plan.take("refine");
+    refiner_.emplace();
+    refiner_->bind(memory, setup.profile.refine, spine_.map());
+  }
   contact::WorldConfig world;
   world.bodies_capacity = setup.profile.bodies_capacity;
   field_ = field_for(setup.collision, reader_);
@@ -151,6 +156,8 @@ rt::Result<void> Pipeline::bind(const PipelineSetup& setup, rt::MemoryPlan& plan
   to_segment_out_.emplace(to_segment_.consumer());
   to_fuse_in_.emplace(to_fuse_.producer());
   to_fuse_out_.emplace(to_fuse_.consumer());
+  to_publish_in_.emplace(to_publish_.producer());
+  to_publish_out_.emplace(to_publish_.consumer());
   pose_in_.emplace(pose_.producer());
 
   // (3) Picture.
@@ -266,7 +273,9 @@ rt::Status Pipeline::spine_round(rt::Clock clock, rt::HostTime deadline) noexcep
   (void)stage(Stage::predict, [&]() noexcept { return spine_.predict(); });
   (void)stage(Stage::fuse, [&]() noexcept {
     if (to_fuse_.was().pushed == 0) return rt::Status::skipped;
-    return fuse_answered();
+    const bool has_published = publish_refined();
+    const rt::Status fused = fuse_answered();
+    return has_published && fused == rt::Status::skipped ? rt::Status::ok : fused;
   });
 
   const SpineResult& result = spine_.result();
@@ -383,6 +392,47 @@ rt::Status Pipeline::fuse_answered() noexcept {
   keyframe_is_free_[*fusing_] = true;
   fusing_.reset();
   return rt::Status::ok;
+}
+
+// The map has one writer: what refine found is written here. A block that was evicted since is another by its key.
+bool Pipeline::publish_refined() noexcept {
+  map::RefinedBlock refined;
+  bool has_published = false;
+  while (to_publish_out_->try_pop(refined)) {
+    has_published = true;
+    if (spine_.map().key(refined.block) == refined.key)
+      spine_.map().publish_refined(refined.block, refined.refined);
+  }
+  return has_published;
+}
+
+rt::Status Pipeline::refine_round(rt::Clock clock) noexcept {
+  const std::uint32_t frame = spine_.map().frame_concurrent();
+  if (!refiner_ || frame == refined_frame_) return rt::Status::skipped;
+  const std::uint32_t frames = frame - refined_frame_;
+  refined_frame_ = frame;
+  return timed(Stage::refine, kRefineTrace, clock, rt::kNoDeadline, [&]() noexcept {
+    const rt::Status status = refiner_->step(frames);
+    while (const map::RefinedBlock* refined = refiner_->front()) {
+      if (!to_publish_in_->try_push(*refined)) break;  // it stays with the refiner until there is room
+      refiner_->pop();
+    }
+    return status;
+  });
+}
+
+void Pipeline::finish_refining() noexcept {
+  if (!refiner_) return;
+  constexpr int kFramesMax = 3000;  // a room of ten regions takes 600
+  for (int frame = 0; frame < kFramesMax; ++frame) {
+    (void)refiner_->step(1);
+    while (const map::RefinedBlock* refined = refiner_->front()) {
+      if (!to_publish_in_->try_push(*refined)) break;
+      refiner_->pop();
+    }
+    (void)publish_refined();
+    if (refiner_->is_idle()) return;
+  }
 }
 
 void Pipeline::spawn_due() noexcept {

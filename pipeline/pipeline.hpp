@@ -6,6 +6,7 @@
 //                                  │   ▲                                 │
 //                   DropOldestRing ▼   │ SpscRing                        └─ Seqlock (pose) ─► anyone
 //                               segment (every 12th frame)
+//   spine ─ the map, read without a lock ─► refine (3D CRF) ─ SpscRing ─► spine
 //
 // Two runners drive the same rounds: realtime (one thread each, runner.hpp) and lockstep (one thread, fixed
 // order, nothing dropped). In lockstep every result is a pure function of the source and the configuration.
@@ -26,6 +27,7 @@
 #include "pipeline/contact/world.hpp"
 #include "pipeline/interact/drop_script.hpp"
 #include "pipeline/map/reader.hpp"
+#include "pipeline/map/refine_labels.hpp"
 #include "pipeline/memory_plan.hpp"
 #include "pipeline/messages.hpp"
 #include "pipeline/profile.hpp"
@@ -103,6 +105,10 @@ class Pipeline {
   rt::Status spine_round(rt::Clock clock, rt::HostTime deadline) noexcept;
   /// Segments the waiting keyframe. skipped when none waits.
   rt::Status segment_round(rt::Clock clock) noexcept;
+  /// Refines labels by the work of the frames since the last round. skipped when nothing waits.
+  rt::Status refine_round(rt::Clock clock) noexcept;
+  /// Refines all that still waits. Exit: when the threads rest, before the map is written out.
+  void finish_refining() noexcept;
   /// Advances virtual things by `duration` and takes over the newest frame from the spine.
   rt::Status contact_round(rt::Clock clock, rt::Duration duration) noexcept;
   /// Draws the newest frame with virtual things, and labels when overlay_alpha > 0, and reads the picture
@@ -121,6 +127,7 @@ class Pipeline {
   [[nodiscard]] const segment::Segmenter* segmenter() const noexcept {
     return segmenter_ ? &*segmenter_ : nullptr;
   }
+  [[nodiscard]] const map::LabelRefiner* refiner() const noexcept { return refiner_ ? &*refiner_ : nullptr; }
   [[nodiscard]] const map::Reader& reader() const noexcept { return reader_; }
   [[nodiscard]] std::span<const TrackedPose> trajectory() const noexcept { return trajectory_; }
   [[nodiscard]] std::span<const contact::ContactEvent> contacts() const noexcept {
@@ -144,8 +151,10 @@ class Pipeline {
   [[nodiscard]] rt::Seqlock<PoseSample>& pose() noexcept { return pose_; }
   [[nodiscard]] rt::WorkerPool& workers() noexcept { return workers_; }
 
-  static constexpr std::size_t kSpineTrace = 0, kPresentTrace = 1, kSegmentTrace = 2, kCaptureTrace = 3;
-  static constexpr std::array<const char*, 4> kThreadNames = {"spine", "present", "segment", "capture"};
+  static constexpr std::size_t kSpineTrace = 0, kPresentTrace = 1, kSegmentTrace = 2, kCaptureTrace = 3,
+                               kRefineTrace = 4;
+  static constexpr std::array<const char*, 5> kThreadNames = {"spine", "present", "segment", "capture",
+                                                              "refine"};
 
  private:
   template <typename Step>
@@ -154,6 +163,7 @@ class Pipeline {
   void fill_keyframe(const SensorFrame& frame) noexcept;
   void begin_fusing(KeyframeSlot slot) noexcept;
   rt::Status fuse_answered() noexcept;
+  bool publish_refined() noexcept;
   void spawn_due() noexcept;
   void make_picture_inputs() noexcept;
 
@@ -163,6 +173,7 @@ class Pipeline {
   // Stages.
   Spine spine_;
   std::optional<segment::Segmenter> segmenter_;
+  std::optional<map::LabelRefiner> refiner_;
   contact::World world_;
   interact::DropScript script_;
   std::optional<render::Renderer> renderer_;
@@ -174,11 +185,13 @@ class Pipeline {
   using ViewRing = rt::DropOldestRing<rt::FrameId, 1>;
   using KeyframeRing = rt::DropOldestRing<KeyframeSlot, 1>;
   using AnswerRing = rt::SpscRing<KeyframeSlot, kKeyframeSlots>;
+  using RefinedRing = rt::SpscRing<map::RefinedBlock, kRefinedBlocksWaiting>;
   rt::FramePool<SensorFrame> frames_;
   FrameRing to_spine_;
   ViewRing to_present_;
   KeyframeRing to_segment_;
   AnswerRing to_fuse_;
+  RefinedRing to_publish_;
   rt::Seqlock<PoseSample> pose_;
   std::optional<FrameRing::Producer> to_spine_in_;
   std::optional<FrameRing::Consumer> to_spine_out_;
@@ -188,6 +201,8 @@ class Pipeline {
   std::optional<KeyframeRing::Consumer> to_segment_out_;
   std::optional<AnswerRing::Producer> to_fuse_in_;
   std::optional<AnswerRing::Consumer> to_fuse_out_;
+  std::optional<RefinedRing::Producer> to_publish_in_;
+  std::optional<RefinedRing::Consumer> to_publish_out_;
   std::optional<rt::Seqlock<PoseSample>::Producer> pose_in_;
 
   // Written by one thread each: verdicts and keyframes by the spine before their id goes on, frames by
@@ -203,6 +218,8 @@ class Pipeline {
   std::optional<KeyframeSlot> fusing_;
   bool has_keyframe_ = false;
 
+  // refine
+  std::uint32_t refined_frame_ = 0;
   // capture
   bool has_color_ahead_ = false;
   // present
@@ -224,7 +241,7 @@ class Pipeline {
     return {rt::StageRecord(kBudgets[kIndex].name, kBudgets[kIndex].when_late)...};
   }
   std::array<rt::StageRecord, kStagesCount> records_ = make_records(std::make_index_sequence<kStagesCount>{});
-  std::array<rt::TraceRing, 4> traces_;
+  std::array<rt::TraceRing, 5> traces_;
   std::array<std::vector<float>, kStagesCount> series_ms_;
   std::vector<float> frame_series_ms_;
   std::vector<float> label_ages_ms_;

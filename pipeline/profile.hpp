@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "pipeline/contact/world.hpp"
+#include "pipeline/map/refine_labels.hpp"
 #include "pipeline/spine.hpp"
 #include "rt/time.hpp"
 
@@ -17,6 +18,8 @@ struct Profile {
   SpineConfig spine;
   std::size_t bodies_capacity = 64;
   std::uint32_t keyframe_every_frames = 12;  // the paper's trade-off between speed and accuracy (sec. IV-B)
+  bool refines_labels = true;  // by the 3D CRF
+  map::RefineConfig refine = map::RefineConfig::for_cells(32768);
   int threads_count = 1;                     // of the spine's fork-join; results do not depend on it
   std::size_t network_bytes = std::size_t{48} << 20;  // taken only when a network is loaded
   std::size_t trace_records_count = 16384;  // per thread, 40 bytes each: the last 60 s of a 30 Hz session
@@ -33,6 +36,7 @@ constexpr Profile headset_profile() {
   p.spine.map.blocks_capacity = 8192;
   p.spine.relocalizer.keyframes_capacity = 32;
   p.bodies_capacity = 32;
+  p.refine = map::RefineConfig::for_cells(8192);
   p.trace_records_count = 4096;
   p.memory_bytes_max = std::size_t{64} << 20;
   return p;

@@ -14,18 +14,19 @@
 namespace tactus {
 
 /// A thread of the realtime runner, in falling priority. Lockstep runs their rounds one after the other on
-/// one thread: capture, spine, segment, present.
+/// one thread: capture, spine, segment, refine, present.
 struct WiringThread {
   const char* name;      // as in StageBudget::thread
   const char* schedule;  // where the system allows it; else normal
   const char* round;     // what starts one
 };
 
-inline constexpr std::array<WiringThread, 4> kWiringThreads = {{
+inline constexpr std::array<WiringThread, 5> kWiringThreads = {{
     {"capture", "FIFO 70", "the sensor has a frame"},
     {"spine", "FIFO 60", "a frame waits"},
     {"present", "FIFO 50", "every contact period"},
     {"segment", "normal", "a keyframe waits"},
+    {"refine", "normal", "a frame was integrated"},
 }};
 
 /// Something that one stage leaves for another.
@@ -37,7 +38,7 @@ struct WiringEdge {
   const char* when_full;
 };
 
-inline constexpr std::array<WiringEdge, 12> kWiringEdges = {{
+inline constexpr std::array<WiringEdge, 14> kWiringEdges = {{
     {Stage::capture, Stage::register_frame, "DropOldestRing", "FrameId", kFramesWaiting,
      "the oldest frame is dropped and counted"},
     {Stage::register_frame, Stage::track, "call", "depth, half-resolution depth and colour", 0, "cannot be"},
@@ -49,6 +50,10 @@ inline constexpr std::array<WiringEdge, 12> kWiringEdges = {{
      "the waiting keyframe is replaced and counted"},
     {Stage::segment, Stage::fuse, "SpscRing", "KeyframeSlot with scores", kKeyframeSlots,
      "cannot be: it holds every slot there is"},
+    {Stage::fuse, Stage::refine, "map", "blocks whose labels changed, copied whole", 0,
+     "a torn or recycled block is read again, or waits for the next round"},
+    {Stage::refine, Stage::fuse, "SpscRing", "RefinedBlock", kRefinedBlocksWaiting,
+     "the refiner keeps it and goes on when there is room"},
     {Stage::fuse, Stage::contact, "DropOldestRing", "FrameId with its verdict", 1,
      "the frame before is dropped: the newest is drawn"},
     {Stage::track, std::nullopt, "Seqlock", "PoseSample", 0, "overwritten"},

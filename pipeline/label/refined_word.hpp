@@ -45,6 +45,11 @@ inline constexpr std::uint32_t kRefinedOne = 127;
   return word == 0 ? kUnknownMaterial : static_cast<MaterialId>(word & 31U);
 }
 
+/// Marginal of refined_best(); 0 for 0.
+[[nodiscard]] constexpr float refined_confidence(RefinedWord word) noexcept {
+  return static_cast<float>(word >> 10 & 127U) / static_cast<float>(kRefinedOne);
+}
+
 /// Sums to 1 (to rounding). word must not be 0.
 inline void refined_decode(RefinedWord word, MaterialDistribution& distribution) noexcept {
   constexpr float kUnit = 1.0F / static_cast<float>(kRefinedOne);

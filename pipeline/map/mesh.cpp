@@ -225,9 +225,10 @@ class Extractor {
     const bool is_nearer_end = t > 0.5f;
     const auto color = color_near(x, y, z, ex, ey, ez, is_nearer_end);
     v.color = color;
-    const label::LabelWord word = label_near(x, y, z, ex, ey, ez, is_nearer_end);
-    v.label = label::best(word);
-    v.confidence = label::confidence(word);
+    const Labelled begin = label_at(x, y, z), end = label_at(ex, ey, ez);
+    const Labelled nearer = is_nearer_end ? end : begin, other = is_nearer_end ? begin : end;
+    v.label = nearer.material != kUnknownMaterial ? nearer.material : other.material;
+    v.confidence = nearer.material != kUnknownMaterial ? nearer.confidence : other.confidence;
     return v;
   }
 
@@ -238,19 +239,24 @@ class Extractor {
     const ColorCell& c = take_end ? end : begin;
     return c.weight > 0 ? Rgb8{c.r, c.g, c.b} : kUnknownColor;
   }
-  [[nodiscard]] LabelWord label_near(int x, int y, int z, int ex, int ey, int ez, bool is_nearer_end) const {
-    const LabelWord begin = label_at(x, y, z), end = label_at(ex, ey, ez);
-    const LabelWord nearer = is_nearer_end ? end : begin;
-    return nearer != 0 ? nearer : begin | end;  // at most one of the two is not 0
-  }
   [[nodiscard]] static std::size_t cell_at(int x, int y, int z) {
     return static_cast<std::size_t>(cell_of_voxel(in_block(x), in_block(y), in_block(z)));
   }
   [[nodiscard]] ColorCell color_at(int x, int y, int z) const {
     return map_.color(near_.block_at(x, y, z))[cell_at(x, y, z)];
   }
-  [[nodiscard]] LabelWord label_at(int x, int y, int z) const {
-    return map_.labels(near_.block_at(x, y, z))[cell_at(x, y, z)];
+  struct Labelled {
+    MaterialId material;
+    float confidence;
+  };
+  // As a reader sees it: what the CRF found, where it has come by.
+  [[nodiscard]] Labelled label_at(int x, int y, int z) const {
+    const BlockIndex block = near_.block_at(x, y, z);
+    const std::size_t cell = cell_at(x, y, z);
+    if (const label::RefinedWord refined = map_.refined_concurrent(block, static_cast<int>(cell)); refined != 0)
+      return {label::refined_best(refined), label::refined_confidence(refined)};
+    const LabelWord word = map_.labels(block)[cell];
+    return {label::best(word), label::confidence(word)};
   }
 
   const Map& map_;
