@@ -18,6 +18,7 @@ namespace tactus::label {
 /// What the vectorised loops work on.
 struct CrfField {
   struct Kernel {
+    const std::uint32_t* simplex_vertices;
     const CrfSimplexVertex* simplices;
     std::size_t per_point;
     const float* slice_scale;
@@ -91,9 +92,9 @@ inline bool IsReached(const CrfField& field, std::size_t point) {
   std::uint64_t reached = 0;
   for (std::size_t m = 0; m < field.kernels_count; ++m) {
     const CrfField::Kernel& kernel = field.kernel[m];
-    const CrfSimplexVertex* const simplex = kernel.simplices + point * kernel.per_point;
+    const std::uint32_t* const vertex = kernel.simplex_vertices + point * kernel.per_point;
     for (std::size_t k = 0; k < kernel.per_point; ++k)
-      reached |= kernel.reaches[simplex[k].splat_slot >> 6] >> (simplex[k].splat_slot & 63);
+      reached |= kernel.reaches[vertex[k] >> 6] >> (vertex[k] & 63);
   }
   return (reached & 1) != 0;
 }
@@ -220,9 +221,10 @@ void Splat(const CrfField& field, std::size_t moved_count) {
     for (std::size_t m = 0; m < field.kernels_count; ++m) {
       const CrfField::Kernel& kernel = field.kernel[m];
       const CrfSimplexVertex* const simplex = kernel.simplices + i * kernel.per_point;
+      const std::uint32_t* const vertex = kernel.simplex_vertices + i * kernel.per_point;
       for (std::size_t k = 0; k < kernel.per_point; ++k) {
-        std::int16_t* const to = kernel.values + std::size_t{simplex[k].splat_slot} * kColumns;
-        if (!field.is_all) Announce(kernel, simplex[k].splat_slot);
+        std::int16_t* const to = kernel.values + std::size_t{vertex[k]} * kColumns;
+        if (!field.is_all) Announce(kernel, vertex[k]);
         const auto share = hn::Set(dq, simplex[k].splat_share);
         for (std::size_t c = 0; c < kFixedVectors; ++c)
           hn::Store(
@@ -348,14 +350,15 @@ std::size_t DenseCrf::bytes_needed(const DenseCrfConfig& config) {
   const std::size_t vertices_max = vertices_max_of(config);
   std::size_t bytes = LatticeHash::bytes_needed(vertices_max) +
                       Lattice::bytes_needed(dimensions_max_of(config), config.points_max, vertices_max) +
-                      rt::bytes_of<std::uint32_t>(vertices_max) + 2 * rt::bytes_of<float>(vertices_max) +
+                      rt::bytes_of<std::uint32_t>(vertices_max) + 3 * rt::bytes_of<float>(vertices_max) +
                       rt::bytes_of<float>(config.points_max * kLatticeDimensionsMax) +
                       2 * rt::bytes_of<float>(config.points_max * kCrfColumnsMax) +
                       rt::bytes_of<std::int16_t>(config.points_max * kCrfColumnsMax) +
                       rt::bytes_of<std::uint32_t>(config.points_max);
   for (const auto& kernel : config.kernel)
     if (kernel.dimensions != 0)
-      bytes += rt::bytes_of<CrfSimplexVertex>(config.points_max * per_point(kernel.dimensions)) +
+      bytes += rt::bytes_of<std::uint32_t>(config.points_max * per_point(kernel.dimensions)) +
+               rt::bytes_of<CrfSimplexVertex>(config.points_max * per_point(kernel.dimensions)) +
                rt::bytes_of<CrfBlurSlot>(kernel.slots_max) + rt::bytes_of<float>(config.points_max) +
                rt::bytes_of<std::int16_t>(kernel.slots_max * kCrfColumnsMax) +
                rt::bytes_of<CrfReader>(kernel.slots_max) +
@@ -371,6 +374,7 @@ void DenseCrf::bind(rt::Slice& memory, const DenseCrfConfig& config) {
   lattice_.bind(memory, dimensions_max_of(config), config.points_max, vertices_max);
   scratch_ = memory.take<std::uint32_t>(vertices_max);
   mass_ = memory.take<float>(vertices_max);
+  inverse_mass_ = memory.take<float>(vertices_max);
   carry_ = memory.take<float>(vertices_max);
   features_ = memory.take<float>(config.points_max * kLatticeDimensionsMax);
   unary_ = memory.take<float>(config.points_max * kCrfColumnsMax);
@@ -382,6 +386,7 @@ void DenseCrf::bind(rt::Slice& memory, const DenseCrfConfig& config) {
     Kernel& kernel = kernel_[m];
     kernel.dimensions = wanted.dimensions;
     if (wanted.dimensions == 0) continue;
+    kernel.simplex_vertices = memory.take<std::uint32_t>(config.points_max * kernel.per_point());
     kernel.simplices = memory.take<CrfSimplexVertex>(config.points_max * kernel.per_point());
     kernel.blur = memory.take<CrfBlurSlot>(wanted.slots_max);
     kernel.slice_scale = memory.take<float>(config.points_max);
@@ -442,11 +447,14 @@ bool DenseCrf::quantise(Kernel& kernel, std::size_t slots_max, float weight,
   for (std::size_t i = 0; i < points_count_; ++i)
     for (const VertexWeight& v : simplices.subspan(i * vertices, vertices))
       mass[v.vertex] += v.weight * splat_scale[i];
+  const auto inverse_mass = inverse_mass_.first(kernel.vertices_count);
+  for (std::size_t v = 0; v < mass.size(); ++v) inverse_mass[v] = 1 / std::max(mass[v], kTinyMass);
   for (std::size_t i = 0; i < points_count_; ++i)
     for (std::size_t k = 0; k < vertices; ++k) {
       const VertexWeight& v = simplices[i * vertices + k];
-      const float share = v.weight * splat_scale[i] / std::max(mass[v.vertex], kTinyMass);
-      kernel.simplices[i * vertices + k] = {v.vertex, 0, to_fixed(share, carry[v.vertex]), 0};
+      const float share = std::min(v.weight * splat_scale[i] * inverse_mass[v.vertex], 1.0F);
+      kernel.simplex_vertices[i * vertices + k] = v.vertex;
+      kernel.simplices[i * vertices + k] = {0, to_fixed(share, carry[v.vertex]), 0};
     }
 
   for (std::uint32_t v = 0; v < kernel.vertices_count; ++v) slot_of[v] = v;
@@ -563,9 +571,10 @@ CrfReport DenseCrf::solve(int iterations_max, float settled_change) noexcept {
     if (!kernel.is_used) continue;
     used[field.kernels_count] = &kernel;
     field.kernel[field.kernels_count++] = {
-        kernel.simplices.data(), kernel.per_point(),    kernel.slice_scale.data(),
-        kernel.blur.data(),      kernel.readers.data(), kernel.vertices_count,
-        kernel.values.data(),    kernel.is_due.data(),  kernel.reaches.data()};
+        kernel.simplex_vertices.data(), kernel.simplices.data(), kernel.per_point(),
+        kernel.slice_scale.data(),      kernel.blur.data(),      kernel.readers.data(),
+        kernel.vertices_count,          kernel.values.data(),    kernel.is_due.data(),
+        kernel.reaches.data()};
     std::fill_n(kernel.values.begin(), kernel.vertices_count * columns_padded_, std::int16_t{0});
     std::fill(kernel.is_due.begin(), kernel.is_due.end(), 0);
   }

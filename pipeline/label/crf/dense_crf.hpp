@@ -47,11 +47,11 @@ namespace tactus::label {
 inline constexpr std::size_t kCrfKernelsMax = 3;
 inline constexpr std::size_t kCrfColumnsMax = 24;
 
-/// A vertex of a point's simplex: where the point splats to and slices from, and its shares of the vertex's
-/// mass and of the point's message in 1/32768. The shares of a vertex's points sum to 1 at most, and so do
-/// those of a point's vertices.
+/// A vertex of a point's simplex: where the point slices from, and its shares of the vertex's mass and of the
+/// point's message in 1/32768. The shares of a vertex's points sum to 1 at most, and so do those of a point's
+/// vertices.
 struct CrfSimplexVertex {
-  std::uint32_t splat_slot = 0, slice_slot = 0;
+  std::uint32_t slice_slot = 0;
   std::int16_t splat_share = 0, slice_share = 0;
 };
 
@@ -135,8 +135,9 @@ class DenseCrf {
     int dimensions = 0;
     bool is_used = false;
     std::uint32_t vertices_count = 0;
-    std::span<CrfSimplexVertex> simplices;  // [point][dimensions + 1]
-    std::span<CrfBlurSlot> blur;            // every axis after the other; slot vertices_count + k
+    std::span<std::uint32_t> simplex_vertices;  // [point][dimensions + 1], which are their splat slots
+    std::span<CrfSimplexVertex> simplices;      // the same
+    std::span<CrfBlurSlot> blur;                // every axis after the other; slot vertices_count + k
     std::array<std::size_t, kLatticeDimensionsMax + 2> axis_begin{};
     std::span<CrfReader> readers;      // [slot]
     std::span<float> slice_scale;      // [point]
@@ -158,7 +159,7 @@ class DenseCrf {
   LatticeHash hash_;
   Lattice lattice_;  // of the kernel that is being added
   std::span<std::uint32_t> scratch_;
-  std::span<float> features_, unary_, marginals_, mass_, carry_;
+  std::span<float> features_, unary_, marginals_, mass_, inverse_mass_, carry_;
   std::span<std::int16_t> splatted_;                              // the marginals as the lattices have them
   std::span<std::uint32_t> moved_;                                // points whose marginals are to be splatted
   std::array<std::uint8_t, kMaterialCount> column_of_{};          // material -> column
