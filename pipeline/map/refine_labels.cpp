@@ -15,7 +15,7 @@ constexpr std::uint64_t kSelectBlockNs = 100;  // to choose among
 constexpr std::uint64_t kGatherBlockNs = 1500;
 constexpr std::array<std::uint64_t, label::kCrfKernelsMax> kKernelPointNs = {450, 900, 1000};
 constexpr std::uint64_t kUnaryPointNs = 150;
-constexpr std::uint64_t kIteratePointNs = 200;
+constexpr std::uint64_t kLookPointNs = 30, kMovedPointNs = 300;
 constexpr std::uint64_t kCheckBlockNs = 5;
 constexpr std::uint64_t kPublishBlockNs = 2000;
 
@@ -235,7 +235,7 @@ void LabelRefiner::load_costs() noexcept {
     label::unary_costs_of(word_[i], cost);
     return cost.data();
   });
-  engine_.start();
+  (void)engine_.start(config_.parameters.settled_change);
 }
 
 std::uint64_t LabelRefiner::load_unary() noexcept {
@@ -284,13 +284,13 @@ std::uint64_t LabelRefiner::iterate() noexcept {
     iteration_ = 0;
     ++restarts_;
   }
-  const float moved = engine_.iterate();
+  const std::size_t moved = engine_.iterate();
   ++counters_.iterations;
-  if (++iteration_ >= config_.iterations || moved < config_.parameters.settled_change) {
+  if (++iteration_ >= config_.iterations || moved == 0) {
     phase_ = Phase::publish;
     published_ = 0;
   }
-  return kIteratePointNs * points_count_ + kCheckBlockNs * region_count_;
+  return kLookPointNs * points_count_ + kMovedPointNs * moved + kCheckBlockNs * region_count_;
 }
 
 const RefinedBlock* LabelRefiner::front() noexcept {

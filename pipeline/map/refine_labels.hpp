@@ -36,10 +36,10 @@ struct RefineConfig {
   int iterations = 8;
   std::uint32_t work_ns_per_frame = 2'000'000;
 
-  /// A region of this many cells. With the default bandwidths rooms need 0.3, 0.3 and 0.6 vertices a cell of 2 cm.
+  /// A region of this many cells.
   static constexpr RefineConfig for_cells(std::size_t count) {
     RefineConfig config;
-    config.crf = {count, count / 2, count / 2, count};
+    config.crf = {count, {count / 2, 3 * count}, {count / 2, 3 * count}, {count, 6 * count}};
     return config;
   }
 };

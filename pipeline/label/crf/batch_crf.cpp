@@ -21,9 +21,9 @@ static_assert(spread_bits(0x3FF) == 0x9249249);
 
 DenseCrfConfig surface_engine_config(const BatchCrfConfig& config) noexcept {
   return {config.points_max,
-          {{{3, config.smoothness_vertices_max},
-            {6, config.appearance_vertices_max},
-            {6, config.surface_vertices_max}}}};
+          {{{3, config.smoothness.vertices_max, config.smoothness.slots_max},
+            {6, config.appearance.vertices_max, config.appearance.slots_max},
+            {6, config.surface.vertices_max, config.surface.slots_max}}}};
 }
 
 rt::Status add_surface_kernel(DenseCrf& engine, std::size_t kernel, const CrfPoints& points,

@@ -26,7 +26,7 @@ TEST(RefinedWord, RandomMarginalsKeepTheBestTwoAndTheirShares) {
     refined_decode(word, q);
     EXPECT_NEAR(std::accumulate(q.begin(), q.end(), 0.0F), 1.0F, 1e-5F);
     EXPECT_NEAR(q[best], p[best] / sum, 0.5F / 127 + 1e-5F);
-    EXPECT_EQ(q[best], refined_confidence(word));
+    EXPECT_FLOAT_EQ(q[best], refined_confidence(word));
     MaterialDistribution rest = p;
     rest[best] = -1;
     const auto second = static_cast<std::size_t>(std::max_element(rest.begin(), rest.end()) - rest.begin());

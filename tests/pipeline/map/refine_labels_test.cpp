@@ -238,7 +238,7 @@ TEST(RefineLabels, LatticeTooSmallTakesSmallerRegionsAndStillEnds) {
   std::mt19937 random(5);
   room.observe(1, random);
   RefineConfig config = RefineConfig::for_cells(6000);
-  config.crf.surface_vertices_max = 200;
+  config.crf.surface.vertices_max = 200;
   OwnedRefiner owned(config, room.map);
   EXPECT_LE(run_to_the_end(owned.refiner, room.map, 5000), 5000);
   EXPECT_GT(owned.refiner.counters().too_fine, 0U);

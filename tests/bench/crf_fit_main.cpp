@@ -1,0 +1,124 @@
+// Fits the CRF's parameters to rooms with known labels, and says how sensitive the four metrics are to each.
+//
+//   crf_fit ROOM.points... [--from SETTINGS.toml | --preset paper|default] [--held-out ROOM.points]...
+//           [--sweep] [--fit ROUNDS] [--out SETTINGS.toml]
+//
+// ROOM.points: crf_points_file.hpp. Prints the metrics without CRF and with the starting parameters; --sweep
+// a table row per parameter and factor (1/4 to 4) around them; --fit the improvements and the result, on the
+// rooms and the held-out ones; --out writes the result as a settings file. Exit codes as the program's: 0
+// done, 2 bad usage, 3 bad input.
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "pipeline/label/crf/crf_settings.hpp"
+#include "tests/bench/crf_fit.hpp"
+
+namespace tactus::bench {
+namespace {
+
+void print_row(const std::string& what, const CrfScore& score) {
+  const evaluate::LabelMetrics& m = score.metrics;
+  std::printf("| %-40s | %6.2f | %6.2f | %6.2f | %6.2f | %6.2f |\n", what.c_str(), 100 * m.pixel_accuracy,
+              100 * m.mean_accuracy, 100 * m.mean_iu, 100 * m.frequency_weighted_iu,
+              100 * score.mean_truth_probability);
+  std::fflush(stdout);
+}
+
+int fail(const rt::Error& error) {
+  std::fprintf(stderr, "crf_fit: %s\n", error.message.c_str());
+  return static_cast<int>(error.code);
+}
+
+int run(const std::vector<std::string>& arguments) {
+  std::vector<LabelledPoints> rooms, held_out;
+  label::CrfParameters base = label::default_crf_parameters();
+  bool with_sweep = false;
+  int rounds = 0;
+  std::string out;
+  for (std::size_t i = 0; i < arguments.size(); ++i) {
+    const std::string& argument = arguments[i];
+    const bool takes_value = argument == "--from" || argument == "--preset" || argument == "--held-out" ||
+                             argument == "--fit" || argument == "--out";
+    if (takes_value && i + 1 == arguments.size())
+      return fail({rt::ExitCode::bad_usage, argument + " needs a value"});
+    if (argument == "--sweep") {
+      with_sweep = true;
+    } else if (argument == "--from") {
+      const auto settings = label::load_crf_parameters(arguments[++i]);
+      if (!settings) return fail(settings.error());
+      base = *settings;
+    } else if (argument == "--preset") {
+      const std::string& preset = arguments[++i];
+      if (preset != "paper" && preset != "default")
+        return fail({rt::ExitCode::bad_usage, "--preset is paper or default"});
+      base = preset == "paper" ? label::paper_crf_parameters() : label::default_crf_parameters();
+    } else if (argument == "--fit") {
+      rounds = std::atoi(arguments[++i].c_str());
+      if (rounds < 1) return fail({rt::ExitCode::bad_usage, "--fit needs a number of rounds from 1 on"});
+    } else if (argument == "--out") {
+      out = arguments[++i];
+    } else if (argument.starts_with("--") && argument != "--held-out") {
+      return fail({rt::ExitCode::bad_usage, "unknown option " + argument});
+    } else {
+      const bool is_held_out = argument == "--held-out";
+      auto room = read_points(is_held_out ? arguments[++i] : argument);
+      if (!room) return fail(room.error());
+      (is_held_out ? held_out : rooms).push_back(std::move(*room));
+    }
+  }
+  if (rooms.empty())
+    return fail({rt::ExitCode::bad_usage, "no room was given; see the head of crf_fit_main.cpp"});
+
+  std::size_t points = 0;
+  for (const auto& room : rooms) points += room.size();
+  std::printf("%zu rooms, %zu points\n| %-40s | %6s | %6s | %6s | %6s | %6s |\n", rooms.size(), points, "",
+              "pixel", "mean", "mIU", "fwIU", "P true");
+  print_row("without CRF", score_unary(rooms));
+  const auto started = std::chrono::steady_clock::now();
+  const auto before = score_crf(rooms, base);
+  if (!before) return fail(before.error());
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  print_row("starting parameters", *before);
+  std::printf("one evaluation takes %.2f s\n", seconds);
+  const auto print_step = [](const SweepRow& row) {
+    print_row(row.knob + " = " + std::to_string(row.value), row.score);
+  };
+  if (with_sweep) {
+    const float factors[] = {0.25F, 0.5F, 0.7071F, 1.4142F, 2.0F, 4.0F};
+    const auto rows = sweep(rooms, base, factors, print_step);
+    if (!rows) return fail(rows.error());
+  }
+  label::CrfParameters result = base;
+  if (rounds > 0) {
+    std::printf("fitting, %d rounds at most\n", rounds);
+    const auto fitted = fit(rooms, base, rounds, print_step);
+    if (!fitted) return fail(fitted.error());
+    result = *fitted;
+    const auto after = score_crf(rooms, result);
+    if (!after) return fail(after.error());
+    print_row("fitted parameters", *after);
+  }
+  if (!held_out.empty()) {
+    const auto held_before = score_crf(held_out, base), held_after = score_crf(held_out, result);
+    if (!held_before) return fail(held_before.error());
+    if (!held_after) return fail(held_after.error());
+    print_row("held out, without CRF", score_unary(held_out));
+    print_row("held out, starting parameters", *held_before);
+    print_row("held out, fitted parameters", *held_after);
+  }
+  std::printf("%s", label::format_crf_parameters(result).c_str());
+  if (out.empty()) return 0;
+  std::ofstream file(out);
+  file << label::format_crf_parameters(result);
+  file.close();
+  return file ? 0 : fail({rt::ExitCode::failed, out + ": cannot be written"});
+}
+
+}  // namespace
+}  // namespace tactus::bench
+
+int main(int argc, char** argv) { return tactus::bench::run({argv + 1, argv + argc}); }
