@@ -35,6 +35,9 @@ std::array<double, kKernels> exponents(const CrfPoints& points, const CrfParamet
       gaussian_exponent(position, p.surface.theta_position_m) +
           gaussian_exponent(distance_squared(points.normal[i], points.normal[j]), p.surface.theta_normal)};
 }
+// Beside a point's own 1 in its degree, less than this is below float64's last bit.
+double gaussian(double exponent) { return exponent > 45 ? 0 : exp_of(-exponent); }
+
 std::array<double, kKernels> weights(const CrfParameters& p) {
   return {static_cast<double>(p.smoothness.weight), static_cast<double>(p.appearance.weight),
           static_cast<double>(p.surface.weight)};
@@ -93,11 +96,11 @@ rt::Status BruteCrf::prepare(const CrfPoints& points, const CrfParameters& param
     if (weight[m] == 0) continue;
     for (std::size_t i = 0; i < count_; ++i) {
       degree_[i] = 0;
-      for (std::size_t j = 0; j < count_; ++j) degree_[i] += exp_of(-exponents(points, parameters, i, j)[m]);
+      for (std::size_t j = 0; j < count_; ++j) degree_[i] += gaussian(exponents(points, parameters, i, j)[m]);
     }
     for (std::size_t i = 0; i < count_; ++i)
       for (std::size_t j = 0; j < count_; ++j) {
-        const double k = exp_of(-exponents(points, parameters, i, j)[m]);
+        const double k = gaussian(exponents(points, parameters, i, j)[m]);
         const double norm = parameters.normalisation == CrfNormalisation::symmetric
                                 ? std::sqrt(degree_[i] * degree_[j])
                                 : degree_[i];

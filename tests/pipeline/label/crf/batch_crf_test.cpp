@@ -149,7 +149,7 @@ TEST(BatchCrf, WithoutWeightsTheUnaryStands) {
 
 TEST(BatchCrf, EnergyOfTheLabellingFalls) {
   for (const std::uint32_t seed : {10U, 11U}) {
-    const Cloud cloud = corner_cloud(seed, 30, 0.02, 0.3, 0.3);
+    const Cloud cloud = corner_cloud(seed, 20, 0.03, 0.3, 0.3);
     CrfParameters p = few_points_parameters();
     p.appearance.weight = 4;
     p.iterations_max = 0;
