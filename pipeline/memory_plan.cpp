@@ -57,10 +57,6 @@ void plan_memory(const Profile& profile, const hal::RigCalibration& rig, const P
             scores,
         "segment", "half-resolution depth, colour or labels, 23 probabilities per score pixel"));
   }
-  if (has_labels && profile.refines_labels)
-    plan.add(row("refine", {{"region", 1}},
-                 map::LabelRefiner::bytes_needed(profile.refine, profile.spine.map.blocks_capacity), "refine",
-                 "cells of a region with costs and marginals (24 columns), lattices of the three kernels"));
   if (options.network_bytes > 0)
     plan.add(row("network", {{"weights and activations", 1}}, options.network_bytes, "segment",
                  "XNNPACK's pool; not counted in the profile's limit"));
@@ -83,6 +79,26 @@ void plan_memory(const Profile& profile, const hal::RigCalibration& rig, const P
   plan.add(row("trace", {{"spine", 1}, {"present", 1}, {"segment", 1}, {"capture", 1}, {"refine", 1}},
                rt::TraceRing::bytes_needed(profile.trace_records_count), "runner",
                "newest records of each thread"));
+  if (has_labels && profile.refines_labels) {  // the last: it takes what is left
+    const std::size_t used = plan.total_bytes() - options.network_bytes;
+    const std::size_t left = profile.memory_bytes_max > used ? profile.memory_bytes_max - used : 0;
+    const std::uint32_t blocks = profile.spine.map.blocks_capacity;
+    plan.add(row("refine", {{"region", 1}},
+                 map::LabelRefiner::bytes_needed(refine_within(profile.refine, blocks, left), blocks), "refine",
+                 "cells of a region with costs and marginals (24 columns), lattices of the three kernels"));
+  }
+}
+
+map::RefineConfig refine_within(const map::RefineConfig& wanted, std::uint32_t blocks_capacity,
+                                std::size_t bytes_max) {
+  constexpr std::size_t kStep = 1024;
+  map::RefineConfig config = wanted;
+  for (std::size_t cells = wanted.crf.points_max / kStep * kStep; cells > kStep; cells -= kStep) {
+    config.crf = map::RefineConfig::for_cells(cells).crf;
+    if (map::LabelRefiner::bytes_needed(config, blocks_capacity) <= bytes_max) return config;
+  }
+  config.crf = map::RefineConfig::for_cells(kStep).crf;
+  return config;
 }
 
 }  // namespace tactus

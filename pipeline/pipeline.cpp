@@ -114,7 +114,9 @@ rt::Result<void> Pipeline::bind(const PipelineSetup& setup, rt::MemoryPlan& plan
   if (has_labels && setup.profile.refines_labels) {
     rt::Slice memory = plan.take("refine");
     refiner_.emplace();
-    refiner_->bind(memory, setup.profile.refine, spine_.map());
+    refiner_->bind(memory,
+                   refine_within(setup.profile.refine, setup.profile.spine.map.blocks_capacity, memory.bytes_left()),
+                   spine_.map());
   }
   contact::WorldConfig world;
   world.bodies_capacity = setup.profile.bodies_capacity;

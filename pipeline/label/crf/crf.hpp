@@ -93,9 +93,9 @@ constexpr CrfParameters paper_crf_parameters() {
 
 /// The product's own: wider in space than the paper's, whose cells are half of ours, and ended when settled.
 constexpr CrfParameters default_crf_parameters() {
-  return {.smoothness = {1.0F, 0.06F},
+  return {.smoothness = {1.0F, 0.08F},
           .appearance = {2.0F, 0.2F, 20.0F},
-          .surface = {2.0F, 0.12F, 0.4F},
+          .surface = {2.0F, 0.2F, 0.6F},
           .iterations_max = 15,
           .settled_change = 1e-3F,
           .normalisation = CrfNormalisation::symmetric,
