@@ -21,6 +21,9 @@ packages_run=(
 # The tests on this machine: GoogleTest, and clang with its libFuzzer and sanitizer runtimes.
 packages_test=(libgtest-dev clang libclang-rt-14-dev llvm binutils)
 
+# Nothing needs these: peers that tests/bench runs beside ours where they are installed. PCL: the CRF of the paper's authors.
+packages_peer=(libpcl-dev)
+
 # The same tests as an arm64 device sees them: compiler, user-mode emulator, and what makes the sysroot.
 packages_cross=(g++-aarch64-linux-gnu qemu-user-static mmdebstrap)
 

@@ -218,7 +218,7 @@ struct Ours {
 };
 
 Ours run_ours(const LabelledPoints& cells, const label::CrfParameters& parameters, int repeats) {
-  const auto config = label::BatchCrfConfig::for_any_points(cells.size());
+  const auto config = label::BatchCrfConfig::for_points(cells.size());
   const Boot memory(label::BatchCrf::bytes_needed(config));
   rt::Slice slice = memory.slice();
   label::BatchCrf crf;
@@ -235,7 +235,7 @@ Ours run_ours(const LabelledPoints& cells, const label::CrfParameters& parameter
   ours.solve = timed(repeats, [&] { ours.report = crf.solve(marginals); });
   label::most_probable(marginals, ours.labels);
   ours.columns = crf.engine().columns_count();
-  for (std::size_t m = 0; m < 3; ++m) ours.vertices[m] = crf.engine().lattice(m).vertices_count();
+  for (std::size_t m = 0; m < 3; ++m) ours.vertices[m] = crf.engine().vertices_count(m);
   return ours;
 }
 
@@ -362,7 +362,7 @@ int run(const std::string& folder, int repeats, bool with_energy, const std::str
   print_ours("paper, symmetric", ours_in, symmetric);
   std::printf("ours grows by %.0f MB (planned %.0f MB)\n",
               growth_mb([&] { static_cast<void>(run_ours(ours_in, paper, 1)); }),
-              static_cast<double>(label::BatchCrf::bytes_needed(label::BatchCrfConfig::for_any_points(n))) /
+              static_cast<double>(label::BatchCrf::bytes_needed(label::BatchCrfConfig::for_points(n))) /
                   (1 << 20));
   return 0;
 }

@@ -9,9 +9,9 @@ namespace {
 
 DenseCrfConfig engine_config(const BatchCrfConfig& config) {
   return {config.points_max,
-          {{{3, config.smoothness_vertices_max},
-            {6, config.appearance_vertices_max},
-            {6, config.surface_vertices_max}}}};
+          {{{3, config.smoothness.vertices_max, config.smoothness.slots_max},
+            {6, config.appearance.vertices_max, config.appearance.slots_max},
+            {6, config.surface.vertices_max, config.surface.slots_max}}}};
 }
 
 // The low 10 bits of v, two zeros between each.

@@ -14,16 +14,20 @@
 namespace tactus::label {
 
 struct BatchCrfConfig {
+  struct Lattice {
+    std::size_t vertices_max = 0, slots_max = 0;  ///< dense_crf.hpp
+  };
   std::size_t points_max = 0;
-  /// Lattice vertices of the three kernels. A point has 4, 7 and 7, most of them shared with others.
-  std::size_t smoothness_vertices_max = 0, appearance_vertices_max = 0, surface_vertices_max = 0;
+  Lattice smoothness, appearance, surface;
 
-  /// Room for rooms: with bandwidths of 3 points' spacing or more, the authors' cloud of 60,638 points needs
-  /// 0.4, 0.2 and 2.4 vertices a point.
-  static constexpr BatchCrfConfig for_points(std::size_t count) { return {count, count, count, 4 * count}; }
-  /// Room for anything: no two points share a vertex.
+  /// Room for rooms: with the paper's bandwidths at cells of 1 cm the authors' cloud of 60,638 points
+  /// needs 1.6, 0.3 and 3.4 vertices a point, and 7.2, 1.6 and 16.2 slots.
+  static constexpr BatchCrfConfig for_points(std::size_t count) {
+    return {count, {2 * count, 9 * count}, {count, 7 * count}, {5 * count, 24 * count}};
+  }
+  /// Room for anything: no two points share a vertex, and yet each has all neighbours.
   static constexpr BatchCrfConfig for_any_points(std::size_t count) {
-    return {count, 4 * count, 7 * count, 7 * count};
+    return {count, {4 * count, 20 * count}, {7 * count, 56 * count}, {7 * count, 56 * count}};
   }
 };
 

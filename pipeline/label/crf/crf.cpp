@@ -28,7 +28,7 @@ bool is_valid(const CrfParameters& p) noexcept {
       !is_bandwidth(p.appearance.theta_color) || !is_bandwidth(p.surface.theta_position_m) ||
       !is_bandwidth(p.surface.theta_normal))
     return false;
-  if (p.iterations_max < 0 || p.iterations_max > 1000 || !is_weight(p.settled_change)) return false;
+  if (p.iterations_max < 0 || p.iterations_max > 1000 || !is_finite(p.settled_change)) return false;
   for (std::size_t a = 0; a < kMaterialCount; ++a)
     for (std::size_t b = 0; b < kMaterialCount; ++b) {
       const float cost = p.compatibility.of(a, b);

@@ -73,7 +73,8 @@ struct CrfParameters {
     float weight, theta_position_m, theta_normal;
   } surface;
   int iterations_max = 10;
-  /// Mean field ends early when no marginal moved by this much in an iteration; 0: never.
+  /// What moved by no more than this is not passed on to the next iteration, and mean field ends when nothing
+  /// is. 0: exact. Below 0: exact, and everything is computed in every iteration.
   float settled_change = 0;
   CrfNormalisation normalisation = CrfNormalisation::symmetric;
   CrfCompatibility compatibility;
@@ -115,6 +116,8 @@ void most_probable(std::span<const float> marginals, std::span<MaterialId> label
 struct CrfReport {
   int iterations = 0;
   float change_max = 0;  ///< largest move of any marginal in the last iteration
+  std::size_t points_updated =
+      0;  ///< over all iterations, points whose marginals moved by more than settled_change
 };
 
 }  // namespace tactus::label

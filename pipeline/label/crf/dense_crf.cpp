@@ -11,18 +11,22 @@
 // clang-format on
 #include "rt/assert.hpp"
 
-#ifndef TACTUS_LABEL_CRF_PASS
-#define TACTUS_LABEL_CRF_PASS  // this file is compiled once per instruction set
+#ifndef TACTUS_LABEL_CRF_FIELD
+#define TACTUS_LABEL_CRF_FIELD  // this file is compiled once per instruction set
 namespace tactus::label {
 
-/// One walk over the points: slice the blurred lattices, softmax, splat into the next lattices.
-struct CrfPass {
+/// What the vectorised loops work on.
+struct CrfField {
   struct Kernel {
-    const VertexWeight* simplices;
+    const CrfSimplexVertex* simplices;
     std::size_t per_point;
     const float* slice_scale;
-    const float* from;
-    float* to;
+    const CrfBlurSlot* blur;
+    const CrfReader* readers;
+    std::size_t vertices_count;
+    std::int16_t* values;
+    std::uint64_t* is_due;
+    std::uint64_t* reaches;
   };
   std::array<Kernel, kCrfKernelsMax> kernel;
   std::size_t kernels_count, points_count;
@@ -30,8 +34,17 @@ struct CrfPass {
   const float* multiplicity;
   const float* cost;  // null: Potts
   float* marginals;
-  bool has_from, has_to;
-  float change_max;
+  std::int16_t* splatted;
+  std::uint32_t* moved;
+  std::int16_t settled;  // 1/32768
+  bool is_first;         // nothing was computed before
+  bool is_all;           // everything is due, whatever the bits say
+};
+
+/// Of one walk over the points.
+struct CrfMoves {
+  std::size_t points_count;
+  std::int16_t change_max;  // 1/32768
 };
 
 }  // namespace tactus::label
@@ -59,37 +72,82 @@ hn::Vec<D> Exponential(D df, hn::Vec<D> x) {
   return hn::IfThenElseZero(is_normal, hn::Mul(p, power));
 }
 
+// Lanes of a vector: half a cache line of columns, or 8 when there are 8 or 24.
 template <std::size_t kColumns>
-using Tag = hn::CappedTag<float, kColumns == 16 ? 16 : 8>;
+using FixedTag = hn::CappedTag<std::int16_t, kColumns == 16 ? 16 : 8>;
+template <std::size_t kColumns>
+using FloatTag = hn::CappedTag<float, kColumns == 16 ? 16 : 8>;
 
+// The largest |a - b| of all columns.
+template <class D>
+std::int16_t LargestDifference(D dq, const std::int16_t* a, const std::int16_t* b, std::size_t columns) {
+  auto most = hn::Zero(dq);
+  for (std::size_t c = 0; c < columns; c += hn::MaxLanes(dq))
+    most = hn::Max(most, hn::Abs(hn::Sub(hn::Load(dq, a + c), hn::Load(dq, b + c))));
+  return hn::GetLane(hn::MaxOfLanes(dq, most));
+}
+
+inline bool IsReached(const CrfField& field, std::size_t point) {
+  std::uint64_t reached = 0;
+  for (std::size_t m = 0; m < field.kernels_count; ++m) {
+    const CrfField::Kernel& kernel = field.kernel[m];
+    const CrfSimplexVertex* const simplex = kernel.simplices + point * kernel.per_point;
+    for (std::size_t k = 0; k < kernel.per_point; ++k)
+      reached |= kernel.reaches[simplex[k].splat_slot >> 6] >> (simplex[k].splat_slot & 63);
+  }
+  return (reached & 1) != 0;
+}
+
+// The slot moved: whoever reads it is due.
+inline void Announce(const CrfField::Kernel& kernel, std::size_t slot) {
+  const std::uint32_t reader = kernel.readers[slot].bits, k = reader & CrfReader::kIndex;
+  const auto set = [](std::uint64_t* bits, std::uint32_t at) { bits[at >> 6] |= 1ULL << (at & 63); };
+  if ((reader & CrfReader::kPoints) != 0) return set(kernel.reaches, k);
+  set(kernel.is_due, k);
+  if ((reader & CrfReader::kBefore) != 0) set(kernel.is_due, k - 1);
+  if ((reader & CrfReader::kAfter) != 0) set(kernel.is_due, k + 1);
+}
+
+// Softmax of every point that a moved slot reaches; lists the points that moved themselves.
 template <std::size_t kColumns>
-void Pass(CrfPass& pass) {
-  const Tag<kColumns> df;
-  constexpr std::size_t kLanes = hn::MaxLanes(Tag<kColumns>());
-  constexpr std::size_t kVectors = kColumns / kLanes;
-  using V = hn::Vec<Tag<kColumns>>;
+CrfMoves UpdatePoints(const CrfField& field, bool has_messages) {
+  const FloatTag<kColumns> df;
+  const FixedTag<kColumns> dq;
+  const hn::Rebind<std::int16_t, FloatTag<kColumns>>
+      dh;  // as many 16-bit lanes as there are floats in a vector
+  const hn::RebindToSigned<FloatTag<kColumns>> di;
+  constexpr std::size_t kLanes = hn::MaxLanes(FloatTag<kColumns>()), kVectors = kColumns / kLanes;
+  constexpr std::size_t kFixedLanes = hn::MaxLanes(FixedTag<kColumns>()),
+                        kFixedVectors = kColumns / kFixedLanes;
+  using V = hn::Vec<FloatTag<kColumns>>;
+  using Q = hn::Vec<FixedTag<kColumns>>;
   alignas(64) float exponentials[kColumns];
-  auto change = hn::Zero(df);
-  for (std::size_t i = 0; i < pass.points_count; ++i) {
+  alignas(64) std::int16_t fixed[kColumns];
+  CrfMoves moves{0, 0};
+  for (std::size_t i = 0; i < field.points_count; ++i) {
+    if (!field.is_all && !IsReached(field, i)) continue;
     V x[kVectors];
     for (std::size_t c = 0; c < kVectors; ++c) x[c] = hn::Zero(df);
-    if (pass.has_from) {
-      for (std::size_t m = 0; m < pass.kernels_count; ++m) {
-        const CrfPass::Kernel& kernel = pass.kernel[m];
-        const VertexWeight* const simplex = kernel.simplices + i * kernel.per_point;
-        V sum[kVectors];
-        for (std::size_t c = 0; c < kVectors; ++c) sum[c] = hn::Zero(df);
+    if (has_messages) {
+      for (std::size_t m = 0; m < field.kernels_count; ++m) {
+        const CrfField::Kernel& kernel = field.kernel[m];
+        const CrfSimplexVertex* const simplex = kernel.simplices + i * kernel.per_point;
+        Q sum[kFixedVectors];
+        for (std::size_t c = 0; c < kFixedVectors; ++c) sum[c] = hn::Zero(dq);
         for (std::size_t k = 0; k < kernel.per_point; ++k) {
-          const float* const from = kernel.from + std::size_t{simplex[k].vertex} * kColumns;
-          const auto weight = hn::Set(df, simplex[k].weight);
-          for (std::size_t c = 0; c < kVectors; ++c)
-            sum[c] = hn::Add(sum[c], hn::Mul(weight, hn::Load(df, from + c * kLanes)));
+          const std::int16_t* const from = kernel.values + std::size_t{simplex[k].slice_slot} * kColumns;
+          const auto share = hn::Set(dq, simplex[k].slice_share);
+          for (std::size_t c = 0; c < kFixedVectors; ++c)
+            sum[c] = hn::Add(sum[c], hn::MulFixedPoint15(share, hn::Load(dq, from + c * kFixedLanes)));
         }
+        for (std::size_t c = 0; c < kFixedVectors; ++c) hn::Store(sum[c], dq, fixed + c * kFixedLanes);
         const auto scale = hn::Set(df, kernel.slice_scale[i]);
-        for (std::size_t c = 0; c < kVectors; ++c) x[c] = hn::Add(x[c], hn::Mul(scale, sum[c]));
+        for (std::size_t c = 0; c < kVectors; ++c)
+          x[c] = hn::Add(
+              x[c], hn::Mul(scale, hn::ConvertTo(df, hn::PromoteTo(di, hn::Load(dh, fixed + c * kLanes)))));
       }
       if constexpr (kColumns == kCrfColumnsMax) {
-        if (pass.cost != nullptr) {
+        if (field.cost != nullptr) {
           alignas(64) float messages[kColumns];
           for (std::size_t c = 0; c < kVectors; ++c) {
             hn::Store(x[c], df, messages + c * kLanes);
@@ -98,12 +156,12 @@ void Pass(CrfPass& pass) {
           for (std::size_t l = 0; l < kMaterialCount; ++l) {
             const auto message = hn::Set(df, messages[l]);
             for (std::size_t c = 0; c < kVectors; ++c)
-              x[c] = hn::Sub(x[c], hn::Mul(message, hn::Load(df, pass.cost + l * kColumns + c * kLanes)));
+              x[c] = hn::Sub(x[c], hn::Mul(message, hn::Load(df, field.cost + l * kColumns + c * kLanes)));
           }
         }
       }
     }
-    const float* const unary = pass.unary + i * kColumns;
+    const float* const unary = field.unary + i * kColumns;
     auto most = hn::Set(df, -1e30F);
     for (std::size_t c = 0; c < kVectors; ++c) {
       x[c] = hn::Sub(x[c], hn::Load(df, unary + c * kLanes));
@@ -112,7 +170,7 @@ void Pass(CrfPass& pass) {
     most = hn::MaxOfLanes(df, most);
     for (std::size_t c = 0; c < kVectors; ++c) {
       x[c] = Exponential(df, hn::Sub(x[c], most));
-      hn::Store(hn::Mul(x[c], hn::Load(df, pass.multiplicity + c * kLanes)), df, exponentials + c * kLanes);
+      hn::Store(hn::Mul(x[c], hn::Load(df, field.multiplicity + c * kLanes)), df, exponentials + c * kLanes);
     }
     float partial[8];
     for (std::size_t l = 0; l < 8; ++l) {
@@ -122,71 +180,127 @@ void Pass(CrfPass& pass) {
     const float total = ((partial[0] + partial[4]) + (partial[2] + partial[6])) +
                         ((partial[1] + partial[5]) + (partial[3] + partial[7]));
     const auto inverse = hn::Set(df, 1.0F / total);
-    float* const marginals = pass.marginals + i * kColumns;
+    float* const marginals = field.marginals + i * kColumns;
     for (std::size_t c = 0; c < kVectors; ++c) {
       x[c] = hn::Mul(x[c], inverse);
-      change = hn::Max(change, hn::Abs(hn::Sub(x[c], hn::Load(df, marginals + c * kLanes))));
       hn::Store(x[c], df, marginals + c * kLanes);
+      const auto rounded =
+          hn::ConvertTo(di, hn::Add(hn::Mul(x[c], hn::Set(df, 32767.0F)), hn::Set(df, 0.5F)));
+      hn::Store(hn::DemoteTo(dh, rounded), dh, fixed + c * kLanes);
     }
-    if (!pass.has_to) continue;
-    for (std::size_t m = 0; m < pass.kernels_count; ++m) {
-      const CrfPass::Kernel& kernel = pass.kernel[m];
-      const VertexWeight* const simplex = kernel.simplices + i * kernel.per_point;
-      for (std::size_t k = 0; k < kernel.per_point; ++k) {
-        float* const to = kernel.to + std::size_t{simplex[k].vertex} * kColumns;
-        const auto weight = hn::Set(df, simplex[k].weight);
-        for (std::size_t c = 0; c < kVectors; ++c)
-          hn::Store(hn::Add(hn::Load(df, to + c * kLanes), hn::Mul(weight, x[c])), df, to + c * kLanes);
-      }
-    }
+    const std::int16_t change = LargestDifference(dq, fixed, field.splatted + i * kColumns, kColumns);
+    if (change > moves.change_max) moves.change_max = change;
+    if (change > field.settled) field.moved[moves.points_count++] = static_cast<std::uint32_t>(i);
   }
-  pass.change_max = hn::GetLane(hn::MaxOfLanes(df, change));
+  return moves;
 }
 
+// Adds to the splat slots by how much the listed points moved.
 template <std::size_t kColumns>
-void Blur(const std::uint32_t* chain, std::size_t count, float* values) {
-  const Tag<kColumns> df;
-  constexpr std::size_t kLanes = hn::MaxLanes(Tag<kColumns>());
-  constexpr std::size_t kVectors = kColumns / kLanes;
-  using V = hn::Vec<Tag<kColumns>>;
-  const auto half = hn::Set(df, 0.5F);
-  for (std::size_t k = 0; k < count;) {
-    V before[kVectors], here[kVectors];
+void Splat(const CrfField& field, std::size_t moved_count) {
+  const FloatTag<kColumns> df;
+  const FixedTag<kColumns> dq;
+  const hn::Rebind<std::int16_t, FloatTag<kColumns>> dh;
+  const hn::RebindToSigned<FloatTag<kColumns>> di;
+  constexpr std::size_t kLanes = hn::MaxLanes(FloatTag<kColumns>()), kVectors = kColumns / kLanes;
+  constexpr std::size_t kFixedLanes = hn::MaxLanes(FixedTag<kColumns>()),
+                        kFixedVectors = kColumns / kFixedLanes;
+  using Q = hn::Vec<FixedTag<kColumns>>;
+  for (std::size_t listed = 0; listed < moved_count; ++listed) {
+    const std::size_t i = field.moved[listed];
+    std::int16_t* const splatted = field.splatted + i * kColumns;
+    Q before[kFixedVectors], now[kFixedVectors];
+    for (std::size_t c = 0; c < kFixedVectors; ++c) before[c] = hn::Load(dq, splatted + c * kFixedLanes);
     for (std::size_t c = 0; c < kVectors; ++c) {
-      before[c] = hn::Zero(df);
-      here[c] = hn::Load(df, values + std::size_t{chain[k] & ~kChainEnd} * kColumns + c * kLanes);
+      const auto x = hn::Load(df, field.marginals + i * kColumns + c * kLanes);
+      const auto rounded = hn::ConvertTo(di, hn::Add(hn::Mul(x, hn::Set(df, 32767.0F)), hn::Set(df, 0.5F)));
+      hn::Store(hn::DemoteTo(dh, rounded), dh, splatted + c * kLanes);
     }
-    for (bool is_last = false; !is_last; ++k) {
-      is_last = (chain[k] & kChainEnd) != 0;
-      float* const at = values + std::size_t{chain[k] & ~kChainEnd} * kColumns;
-      for (std::size_t c = 0; c < kVectors; ++c) {
-        const auto after =
-            is_last ? hn::Zero(df)
-                    : hn::Load(df, values + std::size_t{chain[k + 1] & ~kChainEnd} * kColumns + c * kLanes);
-        hn::Store(hn::Add(here[c], hn::Mul(half, hn::Add(before[c], after))), df, at + c * kLanes);
-        before[c] = here[c];
-        here[c] = after;
+    for (std::size_t c = 0; c < kFixedVectors; ++c) now[c] = hn::Load(dq, splatted + c * kFixedLanes);
+    for (std::size_t m = 0; m < field.kernels_count; ++m) {
+      const CrfField::Kernel& kernel = field.kernel[m];
+      const CrfSimplexVertex* const simplex = kernel.simplices + i * kernel.per_point;
+      for (std::size_t k = 0; k < kernel.per_point; ++k) {
+        std::int16_t* const to = kernel.values + std::size_t{simplex[k].splat_slot} * kColumns;
+        if (!field.is_all) Announce(kernel, simplex[k].splat_slot);
+        const auto share = hn::Set(dq, simplex[k].splat_share);
+        for (std::size_t c = 0; c < kFixedVectors; ++c)
+          hn::Store(
+              hn::Add(hn::Load(dq, to + c * kFixedLanes),
+                      hn::Sub(hn::MulFixedPoint15(share, now[c]), hn::MulFixedPoint15(share, before[c]))),
+              dq, to + c * kFixedLanes);
       }
     }
   }
 }
 
-void RunPass(CrfPass& pass, std::size_t columns) {
-  if (columns == 8) return Pass<8>(pass);
-  if (columns == 16) return Pass<16>(pass);
-  return Pass<24>(pass);
+// One blur slot; whether it moved. A row's end has no share in what lies beyond it.
+template <std::size_t kColumns>
+HWY_INLINE bool BlurSlot(const CrfField::Kernel& kernel, std::size_t k, std::int16_t settled, bool is_first) {
+  const FixedTag<kColumns> dq;
+  constexpr std::size_t kLanes = hn::MaxLanes(FixedTag<kColumns>()), kVectors = kColumns / kLanes;
+  const CrfBlurSlot& slot = kernel.blur[k];
+  const std::size_t before_k = k - (slot.before_share != 0 ? 1 : 0),
+                    after_k = k + (slot.after_share != 0 ? 1 : 0);
+  const std::int16_t* const before = kernel.values + std::size_t{kernel.blur[before_k].from_slot} * kColumns;
+  const std::int16_t* const here = kernel.values + std::size_t{slot.from_slot} * kColumns;
+  const std::int16_t* const after = kernel.values + std::size_t{kernel.blur[after_k].from_slot} * kColumns;
+  std::int16_t* const to = kernel.values + (kernel.vertices_count + k) * kColumns;
+  const auto before_share = hn::Set(dq, slot.before_share), after_share = hn::Set(dq, slot.after_share);
+  hn::Vec<FixedTag<kColumns>> fresh[kVectors];
+  for (std::size_t c = 0; c < kVectors; ++c) {
+    const auto at = hn::Load(dq, here + c * kLanes);
+    fresh[c] =
+        hn::Add(at, hn::Add(hn::MulFixedPoint15(before_share, hn::Sub(hn::Load(dq, before + c * kLanes), at)),
+                            hn::MulFixedPoint15(after_share, hn::Sub(hn::Load(dq, after + c * kLanes), at))));
+  }
+  if (!is_first) {
+    auto most = hn::Zero(dq);
+    for (std::size_t c = 0; c < kVectors; ++c)
+      most = hn::Max(most, hn::Abs(hn::Sub(fresh[c], hn::Load(dq, to + c * kLanes))));
+    if (hn::AllFalse(dq, hn::Gt(most, hn::Set(dq, settled)))) return false;
+  }
+  for (std::size_t c = 0; c < kVectors; ++c) hn::Store(fresh[c], dq, to + c * kLanes);
+  return true;
 }
 
-void RunBlur(const Lattice& lattice, std::size_t columns, float* values) {
-  for (int axis = 0; axis <= lattice.dimensions(); ++axis) {
-    const auto chain = lattice.chains(axis);
-    if (columns == 8)
-      Blur<8>(chain.data(), chain.size(), values);
-    else if (columns == 16)
-      Blur<16>(chain.data(), chain.size(), values);
-    else
-      Blur<24>(chain.data(), chain.size(), values);
+// The due blur slots from `begin` to `end`, one axis.
+template <std::size_t kColumns>
+void Blur(const CrfField& field, const CrfField::Kernel& kernel, std::size_t begin, std::size_t end) {
+  if (field.is_all) {
+    for (std::size_t k = begin; k < end; ++k)
+      static_cast<void>(BlurSlot<kColumns>(kernel, k, field.settled, field.is_first));
+    return;
   }
+  for (std::size_t k = begin; k < end; k = (k / 64 + 1) * 64) {
+    std::uint64_t mask = ~0ULL << (k % 64);  // the rest of the word, as far as this axis goes
+    if (end - k / 64 * 64 < 64) mask &= (1ULL << (end % 64)) - 1;
+    std::uint64_t due = kernel.is_due[k / 64] & mask;
+    kernel.is_due[k / 64] &= ~mask;
+    for (; due != 0; due &= due - 1) {
+      const std::size_t at = k / 64 * 64 + hwy::Num0BitsBelowLS1Bit_Nonzero64(due);
+      if (BlurSlot<kColumns>(kernel, at, field.settled, false)) Announce(kernel, kernel.vertices_count + at);
+    }
+  }
+}
+
+CrfMoves RunUpdatePoints(const CrfField& field, std::size_t columns, bool has_messages) {
+  if (columns == 8) return UpdatePoints<8>(field, has_messages);
+  if (columns == 16) return UpdatePoints<16>(field, has_messages);
+  return UpdatePoints<24>(field, has_messages);
+}
+
+void RunSplat(const CrfField& field, std::size_t columns, std::size_t moved_count) {
+  if (columns == 8) return Splat<8>(field, moved_count);
+  if (columns == 16) return Splat<16>(field, moved_count);
+  return Splat<24>(field, moved_count);
+}
+
+void RunBlur(const CrfField& field, std::size_t columns, const CrfField::Kernel& kernel, std::size_t begin,
+             std::size_t end) {
+  if (columns == 8) return Blur<8>(field, kernel, begin, end);
+  if (columns == 16) return Blur<16>(field, kernel, begin, end);
+  return Blur<24>(field, kernel, begin, end);
 }
 
 }  // namespace tactus::label::HWY_NAMESPACE
@@ -194,49 +308,87 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace tactus::label {
-HWY_EXPORT(RunPass);
+HWY_EXPORT(RunUpdatePoints);
+HWY_EXPORT(RunSplat);
 HWY_EXPORT(RunBlur);
 
 namespace {
 
 constexpr float kPaddedCostNat = 1e20F;  // its exponential is 0
-constexpr float kTinyDegree = 1e-20F;
+constexpr float kTinyMass = 1e-20F;
+constexpr float kOne = 32767;  // in 1/32768: what fits 16 bits and means 1
 
 std::size_t vertices_max_of(const DenseCrfConfig& config) {
   std::size_t most = 0;
   for (const auto& kernel : config.kernel) most = std::max(most, kernel.vertices_max);
   return most;
 }
+int dimensions_max_of(const DenseCrfConfig& config) {
+  int most = 0;
+  for (const auto& kernel : config.kernel) most = std::max(most, kernel.dimensions);
+  return most;
+}
+std::size_t per_point(int dimensions) { return static_cast<std::size_t>(dimensions) + 1; }
+
+constexpr std::size_t words(std::size_t bits) { return (bits + 63) / 64; }
+
+// A share in 1/32768. What rounding down leaves goes on to the next share through `carry`, so that shares
+// which sum to 1 never sum to more in fixed point: a sum of share * value then fits its 16 bits.
+std::int16_t to_fixed(float share, float& carry) {
+  const float exact = share * kOne + carry;
+  const auto fixed = static_cast<std::int16_t>(std::min(exact, kOne));
+  carry = std::min(exact - static_cast<float>(fixed), 1.0F);
+  return fixed;
+}
+std::int16_t to_fixed(float share) { return static_cast<std::int16_t>(share * kOne + 0.5F); }
 
 }  // namespace
 
 std::size_t DenseCrf::bytes_needed(const DenseCrfConfig& config) {
-  std::size_t bytes = LatticeHash::bytes_needed(vertices_max_of(config)) +
-                      rt::bytes_of<std::uint32_t>(vertices_max_of(config)) +
+  const std::size_t vertices_max = vertices_max_of(config);
+  std::size_t bytes = LatticeHash::bytes_needed(vertices_max) +
+                      Lattice::bytes_needed(dimensions_max_of(config), config.points_max, vertices_max) +
+                      rt::bytes_of<std::uint32_t>(vertices_max) + 2 * rt::bytes_of<float>(vertices_max) +
                       rt::bytes_of<float>(config.points_max * kLatticeDimensionsMax) +
-                      2 * rt::bytes_of<float>(config.points_max * kCrfColumnsMax);
+                      2 * rt::bytes_of<float>(config.points_max * kCrfColumnsMax) +
+                      rt::bytes_of<std::int16_t>(config.points_max * kCrfColumnsMax) +
+                      rt::bytes_of<std::uint32_t>(config.points_max);
   for (const auto& kernel : config.kernel)
     if (kernel.dimensions != 0)
-      bytes += Lattice::bytes_needed(kernel.dimensions, config.points_max, kernel.vertices_max) +
-               rt::bytes_of<float>(config.points_max) +
-               2 * rt::bytes_of<float>(kernel.vertices_max * kCrfColumnsMax);
+      bytes += rt::bytes_of<CrfSimplexVertex>(config.points_max * per_point(kernel.dimensions)) +
+               rt::bytes_of<CrfBlurSlot>(kernel.slots_max) + rt::bytes_of<float>(config.points_max) +
+               rt::bytes_of<std::int16_t>(kernel.slots_max * kCrfColumnsMax) +
+               rt::bytes_of<CrfReader>(kernel.slots_max) +
+               rt::bytes_of<std::uint64_t>(words(kernel.slots_max)) +
+               rt::bytes_of<std::uint64_t>(words(kernel.vertices_max));
   return bytes;
 }
 
 void DenseCrf::bind(rt::Slice& memory, const DenseCrfConfig& config) {
   config_ = config;
-  hash_.bind(memory, vertices_max_of(config));
-  next_ = memory.take<std::uint32_t>(vertices_max_of(config));
+  const std::size_t vertices_max = vertices_max_of(config);
+  hash_.bind(memory, vertices_max);
+  lattice_.bind(memory, dimensions_max_of(config), config.points_max, vertices_max);
+  scratch_ = memory.take<std::uint32_t>(vertices_max);
+  mass_ = memory.take<float>(vertices_max);
+  carry_ = memory.take<float>(vertices_max);
   features_ = memory.take<float>(config.points_max * kLatticeDimensionsMax);
   unary_ = memory.take<float>(config.points_max * kCrfColumnsMax);
   marginals_ = memory.take<float>(config.points_max * kCrfColumnsMax);
+  splatted_ = memory.take<std::int16_t>(config.points_max * kCrfColumnsMax);
+  moved_ = memory.take<std::uint32_t>(config.points_max);
   for (std::size_t m = 0; m < kCrfKernelsMax; ++m) {
     const auto& wanted = config.kernel[m];
+    Kernel& kernel = kernel_[m];
+    kernel.dimensions = wanted.dimensions;
     if (wanted.dimensions == 0) continue;
-    kernel_[m].lattice.bind(memory, wanted.dimensions, config.points_max, wanted.vertices_max);
-    kernel_[m].slice_scale = memory.take<float>(config.points_max);
-    kernel_[m].values = memory.take<float>(wanted.vertices_max * kCrfColumnsMax);
-    kernel_[m].scratch = memory.take<float>(wanted.vertices_max * kCrfColumnsMax);
+    kernel.simplices = memory.take<CrfSimplexVertex>(config.points_max * kernel.per_point());
+    kernel.blur = memory.take<CrfBlurSlot>(wanted.slots_max);
+    kernel.slice_scale = memory.take<float>(config.points_max);
+    kernel.values = memory.take<std::int16_t>(wanted.slots_max * kCrfColumnsMax);
+    kernel.readers = memory.take<CrfReader>(wanted.slots_max);
+    kernel.is_due = memory.take<std::uint64_t>(words(wanted.slots_max));
+    kernel.reaches = memory.take<std::uint64_t>(words(wanted.vertices_max));
   }
 }
 
@@ -255,26 +407,93 @@ rt::Status DenseCrf::add_kernel(std::size_t m, float weight, std::span<const flo
   Kernel& kernel = kernel_[m];
   kernel.is_used = false;
   if (weight == 0 || points_count_ == 0) return rt::Status::ok;
-  const rt::Status built = kernel.lattice.build(features, hash_, next_);
+  hash_.clear(config_.kernel[m].vertices_max);
+  const rt::Status built = lattice_.build(kernel.dimensions, features, hash_, scratch_);
   if (built != rt::Status::ok) return built;
-  // Degrees: the filter of ones.
-  const auto ones = marginals_.first(points_count_);
-  std::fill(ones.begin(), ones.end(), 1.0F);
-  lattice_filter(kernel.lattice, ones, kernel.values, kernel.slice_scale.first(points_count_));
-  const std::size_t per_point = kernel.lattice.per_point();
-  const auto simplices = kernel.lattice.simplices();
-  for (std::size_t i = 0; i < points_count_; ++i) {
-    const float degree = std::max(kernel.slice_scale[i], kTinyDegree);
-    if (normalisation == CrfNormalisation::per_point) {
-      kernel.slice_scale[i] = weight / degree;
-      continue;
-    }
-    const float scale = std::sqrt(weight / degree);  // once when splatting, once when slicing
-    kernel.slice_scale[i] = 1;
-    for (VertexWeight& v : simplices.subspan(i * per_point, per_point)) v.weight *= scale;
-  }
+  if (!quantise(kernel, config_.kernel[m].slots_max, weight, normalisation)) return rt::Status::full;
   kernel.is_used = true;
   return rt::Status::ok;
+}
+
+// Masses: of a vertex what all points put there, splat_scale each; blurred along one axis after the other,
+// they give the neighbours' shares; sliced, they give the point's message its size. False when there are too
+// many slots.
+bool DenseCrf::quantise(Kernel& kernel, std::size_t slots_max, float weight,
+                        CrfNormalisation normalisation) noexcept {
+  const std::size_t vertices = kernel.per_point();
+  const auto simplices = lattice_.simplices();
+  kernel.vertices_count = lattice_.vertices_count();
+  std::size_t slots = kernel.vertices_count;
+  for (int axis = 0; axis <= kernel.dimensions; ++axis) slots += lattice_.chains(axis).size();
+  if (slots > slots_max) return false;
+
+  const auto splat_scale = marginals_.first(points_count_);
+  std::fill(splat_scale.begin(), splat_scale.end(), 1.0F);
+  if (normalisation == CrfNormalisation::symmetric) {
+    const auto degree = unary_.first(points_count_);
+    lattice_filter(lattice_, splat_scale, mass_, degree);
+    for (std::size_t i = 0; i < points_count_; ++i)
+      splat_scale[i] = 1 / std::sqrt(std::max(degree[i], kTinyMass));
+  }
+  const auto mass = mass_.first(kernel.vertices_count), carry = carry_.first(kernel.vertices_count);
+  const auto slot_of = scratch_.first(kernel.vertices_count);
+  std::fill(mass.begin(), mass.end(), 0.0F);
+  std::fill(carry.begin(), carry.end(), 0.0F);
+  for (std::size_t i = 0; i < points_count_; ++i)
+    for (const VertexWeight& v : simplices.subspan(i * vertices, vertices))
+      mass[v.vertex] += v.weight * splat_scale[i];
+  for (std::size_t i = 0; i < points_count_; ++i)
+    for (std::size_t k = 0; k < vertices; ++k) {
+      const VertexWeight& v = simplices[i * vertices + k];
+      const float share = v.weight * splat_scale[i] / std::max(mass[v.vertex], kTinyMass);
+      kernel.simplices[i * vertices + k] = {v.vertex, 0, to_fixed(share, carry[v.vertex]), 0};
+    }
+
+  for (std::uint32_t v = 0; v < kernel.vertices_count; ++v) slot_of[v] = v;
+  std::size_t length = 0;
+  for (int axis = 0; axis <= kernel.dimensions; ++axis) {
+    kernel.axis_begin[static_cast<std::size_t>(axis)] = length;
+    float before = 0;
+    const auto chain = lattice_.chains(axis);
+    for (std::size_t k = 0; k < chain.size(); ++k) {
+      const bool is_last = (chain[k] & kChainEnd) != 0;
+      const std::uint32_t v = chain[k] & ~kChainEnd;
+      const float old = mass[v], after = is_last ? 0 : mass[chain[k + 1] & ~kChainEnd];
+      mass[v] = old + 0.5F * (before + after);
+      const float inverse = 0.5F / std::max(mass[v], kTinyMass);
+      kernel.blur[length + k] = {slot_of[v], to_fixed(before * inverse), to_fixed(after * inverse)};
+      before = is_last ? 0 : old;
+    }
+    for (std::size_t k = 0; k < chain.size(); ++k, ++length) {
+      std::uint32_t& slot = slot_of[chain[k] & ~kChainEnd];
+      const bool is_read_before = k > 0 && kernel.blur[length - 1].after_share != 0;
+      const bool is_read_after = k + 1 < chain.size() && kernel.blur[length + 1].before_share != 0;
+      kernel.readers[slot].bits = static_cast<std::uint32_t>(length) |
+                                  (is_read_before ? CrfReader::kBefore : 0) |
+                                  (is_read_after ? CrfReader::kAfter : 0);
+      slot = kernel.vertices_count + static_cast<std::uint32_t>(length);
+    }
+  }
+  for (std::uint32_t v = 0; v < kernel.vertices_count; ++v)
+    kernel.readers[slot_of[v]].bits = v | CrfReader::kPoints;
+  kernel.axis_begin[vertices] = length;
+
+  for (std::size_t i = 0; i < points_count_; ++i) {
+    float message = 0;
+    for (const VertexWeight& v : simplices.subspan(i * vertices, vertices))
+      message += v.weight * mass[v.vertex];
+    const float inverse = 1 / std::max(message, kTinyMass);
+    float left = 0;
+    for (std::size_t k = 0; k < vertices; ++k) {
+      const VertexWeight& v = simplices[i * vertices + k];
+      CrfSimplexVertex& out = kernel.simplices[i * vertices + k];
+      out.slice_slot = slot_of[v.vertex];
+      out.slice_share = to_fixed(v.weight * mass[v.vertex] * inverse, left);
+    }
+    kernel.slice_scale[i] =
+        (normalisation == CrfNormalisation::symmetric ? weight * splat_scale[i] * message : weight) / kOne;
+  }
+  return true;
 }
 
 void DenseCrf::begin_columns(const CrfCompatibility& compatibility) noexcept {
@@ -329,39 +548,46 @@ void DenseCrf::load_unary(std::size_t point, const float* cost_nat) noexcept {
 }
 
 CrfReport DenseCrf::solve(int iterations_max, float settled_change) noexcept {
+  CrfField field{};
+  field.points_count = points_count_;
+  field.unary = unary_.data();
+  field.multiplicity = multiplicity_.data();
+  field.cost = is_potts_ ? nullptr : cost_.data();
+  field.marginals = marginals_.data();
+  field.splatted = splatted_.data();
+  field.moved = moved_.data();
+  field.settled = static_cast<std::int16_t>(std::clamp(settled_change, -1.0F, 1.0F) * kOne);
+  std::array<const Kernel*, kCrfKernelsMax> used{};
+  for (std::size_t m = 0; m < kCrfKernelsMax; ++m) {
+    const Kernel& kernel = kernel_[m];
+    if (!kernel.is_used) continue;
+    used[field.kernels_count] = &kernel;
+    field.kernel[field.kernels_count++] = {
+        kernel.simplices.data(), kernel.per_point(),    kernel.slice_scale.data(),
+        kernel.blur.data(),      kernel.readers.data(), kernel.vertices_count,
+        kernel.values.data(),    kernel.is_due.data(),  kernel.reaches.data()};
+    std::fill_n(kernel.values.begin(), kernel.vertices_count * columns_padded_, std::int16_t{0});
+    std::fill(kernel.is_due.begin(), kernel.is_due.end(), 0);
+  }
+  std::fill_n(splatted_.begin(), points_count_ * columns_padded_, std::int16_t{0});
+
   CrfReport report;
-  CrfPass pass{};
-  pass.points_count = points_count_;
-  pass.unary = unary_.data();
-  pass.multiplicity = multiplicity_.data();
-  pass.cost = is_potts_ ? nullptr : cost_.data();
-  pass.marginals = marginals_.data();
-  std::array<Kernel*, kCrfKernelsMax> used{};
-  for (Kernel& kernel : kernel_)
-    if (kernel.is_used) used[pass.kernels_count++] = &kernel;
-  const auto walk = [&](bool has_from, bool has_to) {
-    for (std::size_t m = 0; m < pass.kernels_count; ++m) {
-      Kernel& kernel = *used[m];
-      if (has_to)
-        std::fill_n(kernel.scratch.begin(), std::size_t{kernel.lattice.vertices_count()} * columns_padded_,
-                    0.0F);
-      pass.kernel[m] = {kernel.lattice.simplices().data(), kernel.lattice.per_point(),
-                        kernel.slice_scale.data(), kernel.values.data(), kernel.scratch.data()};
-    }
-    pass.has_from = has_from;
-    pass.has_to = has_to;
-    HWY_DYNAMIC_DISPATCH(RunPass)(pass, columns_padded_);
-  };
-  walk(false, iterations_max > 0);
-  while (report.iterations < iterations_max) {
-    for (std::size_t m = 0; m < pass.kernels_count; ++m) {
-      std::swap(used[m]->values, used[m]->scratch);
-      HWY_DYNAMIC_DISPATCH(RunBlur)(used[m]->lattice, columns_padded_, used[m]->values.data());
-    }
+  field.is_first = field.is_all = true;
+  CrfMoves moves = HWY_DYNAMIC_DISPATCH(RunUpdatePoints)(field, columns_padded_, false);
+  while (report.iterations < iterations_max && moves.points_count > 0) {
+    // Where most points moved, nearly every slot is due: looking for them costs more than it saves.
+    field.is_all = report.iterations == 0 || 2 * moves.points_count > points_count_;
+    for (std::size_t m = 0; m < field.kernels_count; ++m)
+      std::fill(used[m]->reaches.begin(), used[m]->reaches.end(), 0);
+    HWY_DYNAMIC_DISPATCH(RunSplat)(field, columns_padded_, moves.points_count);
+    for (std::size_t m = 0; m < field.kernels_count; ++m)
+      for (std::size_t axis = 0; axis < used[m]->per_point(); ++axis) HWY_DYNAMIC_DISPATCH(RunBlur)
+    (field, columns_padded_, field.kernel[m], used[m]->axis_begin[axis], used[m]->axis_begin[axis + 1]);
+    field.is_first = false;
+    moves = HWY_DYNAMIC_DISPATCH(RunUpdatePoints)(field, columns_padded_, true);
     ++report.iterations;
-    walk(true, report.iterations < iterations_max);
-    report.change_max = pass.change_max;
-    if (pass.change_max < settled_change) break;
+    report.change_max = static_cast<float>(moves.change_max) / kOne;
+    report.points_updated += moves.points_count;
   }
   return report;
 }

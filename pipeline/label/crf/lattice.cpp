@@ -77,7 +77,7 @@ bool embed(const float* feature, LatticeSimplex<kDimensions>& simplex) noexcept 
     weight[kDimensions + 1 - r] -= rest[i];
   }
   weight[0] += 1 + weight[kVertices];
-  std::copy_n(weight.begin(), kVertices, simplex.weight.begin());
+  for (std::size_t k = 0; k < kVertices; ++k) simplex.weight[k] = std::max(weight[k], 0.0F);
   for (std::int32_t k = 0; k <= kTop; ++k) {
     std::array<std::int32_t, kDimensions> vertex;
     for (std::size_t i = 0; i < kDimensions; ++i) vertex[i] = m[i] - (rank[i] > kTop - k ? 1 : 0);
@@ -106,9 +106,9 @@ void LatticeHash::clear(std::size_t vertices_max) noexcept {
   std::fill_n(slots_.begin(), mask_ + 1, Slot{});
 }
 
-void Lattice::bind(rt::Slice& memory, int dimensions, std::size_t points_max, std::size_t vertices_max) {
-  TACTUS_ASSERT(dimensions == 2 || dimensions == 3 || dimensions == 5 || dimensions == 6);
-  dimensions_ = dimensions;
+void Lattice::bind(rt::Slice& memory, int dimensions_max, std::size_t points_max, std::size_t vertices_max) {
+  TACTUS_ASSERT(dimensions_max >= 2 && dimensions_max <= kLatticeDimensionsMax);
+  dimensions_ = dimensions_max;
   vertices_max_ = vertices_max;
   simplices_ = memory.take<VertexWeight>(points_max * per_point());
   chains_ = memory.take<std::uint32_t>(vertices_max * per_point());
@@ -118,33 +118,42 @@ void Lattice::bind(rt::Slice& memory, int dimensions, std::size_t points_max, st
 
 template <std::size_t kDimensions>
 rt::Status Lattice::embed_all(std::span<const float> features, LatticeHash& hash) noexcept {
-  constexpr std::size_t kVertices = kDimensions + 1;
+  constexpr std::size_t kVertices = kDimensions + 1, kAhead = 16;
+  const std::size_t count = features.size() / kDimensions;
   VertexWeight* out = simplices_.data();
-  LatticeSimplex<kDimensions> simplex, last;
-  std::array<std::uint32_t, kVertices> at{};
-  for (std::size_t i = 0; i * kDimensions < features.size(); ++i) {
-    if (!embed<kDimensions>(&features[i * kDimensions], simplex)) return rt::Status::corrupt;
-    for (std::size_t k = 0; k < kVertices; ++k) {
-      // Points in a row often share vertices.
-      if (i == 0 || !(simplex.vertex[k] == last.vertex[k])) at[k] = hash.insert(simplex.vertex[k]);
-      if (at[k] == kNoVertex) return rt::Status::full;
-      *out++ = {at[k], simplex.weight[k]};
+  std::array<LatticeSimplex<kDimensions>, kAhead> simplex;
+  std::array<std::array<std::uint64_t, kVertices>, kAhead> hashes;
+  for (std::size_t first = 0; first < count; first += kAhead) {
+    const std::size_t points = std::min(kAhead, count - first);
+    for (std::size_t i = 0; i < points; ++i) {
+      if (!embed<kDimensions>(&features[(first + i) * kDimensions], simplex[i])) return rt::Status::corrupt;
+      for (std::size_t k = 0; k < kVertices; ++k) {
+        hashes[i][k] = LatticeHash::hash_of(simplex[i].vertex[k]);
+        hash.prefetch(hashes[i][k]);
+      }
     }
-    last.vertex = simplex.vertex;
+    for (std::size_t i = 0; i < points; ++i)
+      for (std::size_t k = 0; k < kVertices; ++k) {
+        const std::uint32_t vertex = hash.insert(simplex[i].vertex[k], hashes[i][k]);
+        if (vertex == kNoVertex) return rt::Status::full;
+        *out++ = {vertex, simplex[i].weight[k]};
+      }
   }
   return rt::Status::ok;
 }
 
-rt::Status Lattice::build(std::span<const float> features, LatticeHash& hash,
+rt::Status Lattice::build(int dimensions, std::span<const float> features, LatticeHash& hash,
                           std::span<std::uint32_t> next) noexcept {
-  TACTUS_ASSERT(dimensions_ > 0 && features.size() % static_cast<std::size_t>(dimensions_) == 0);
-  TACTUS_ASSERT(next.size() >= vertices_max_);
+  TACTUS_ASSERT(dimensions == 2 || dimensions == 3 || dimensions == 5 || dimensions == 6);
+  TACTUS_ASSERT(features.size() % static_cast<std::size_t>(dimensions) == 0);
+  dimensions_ = dimensions;
+  TACTUS_ASSERT(next.size() >= vertices_max_ && chains_.size() >= vertices_max_ * per_point());
   points_count_ = 0;
   vertices_count_ = 0;
   chain_begin_.fill(0);
   const std::size_t count = features.size() / static_cast<std::size_t>(dimensions_);
   if (count * per_point() > simplices_.size()) return rt::Status::full;
-  hash.clear(vertices_max_);
+  hash.clear(std::min(hash.capacity(), vertices_max_));
   const rt::Status embedded = dimensions_ == 2   ? embed_all<2>(features, hash)
                               : dimensions_ == 3 ? embed_all<3>(features, hash)
                               : dimensions_ == 5 ? embed_all<5>(features, hash)
@@ -153,15 +162,26 @@ rt::Status Lattice::build(std::span<const float> features, LatticeHash& hash,
   points_count_ = count;
   vertices_count_ = hash.size();
   // Rows: `next` is the neighbour against the axis; kChainEnd marks vertices that follow another.
+  constexpr std::uint32_t kAhead = 32;
+  std::array<LatticeKey, kAhead> neighbour;
+  std::array<std::uint64_t, kAhead> hashes;
   std::size_t length = 0;
   for (int axis = 0; axis <= dimensions_; ++axis) {
     chain_begin_[static_cast<std::size_t>(axis)] = length;
     std::fill_n(next.begin(), vertices_count_, kChainEnd - 1);
-    for (std::uint32_t v = 0; v < vertices_count_; ++v) {
-      const std::uint32_t before = hash.find(lattice_neighbour(hash.key(v), dimensions_, axis));
-      if (before == kNoVertex) continue;
-      next[before] = (next[before] & kChainEnd) | v;
-      next[v] |= kChainEnd;
+    for (std::uint32_t first = 0; first < vertices_count_; first += kAhead) {
+      const std::uint32_t count_here = std::min(kAhead, vertices_count_ - first);
+      for (std::uint32_t i = 0; i < count_here; ++i) {
+        neighbour[i] = lattice_neighbour(hash.key(first + i), dimensions_, axis);
+        hashes[i] = LatticeHash::hash_of(neighbour[i]);
+        hash.prefetch(hashes[i]);
+      }
+      for (std::uint32_t i = 0; i < count_here; ++i) {
+        const std::uint32_t before = hash.find(neighbour[i], hashes[i]);
+        if (before == kNoVertex) continue;
+        next[before] = (next[before] & kChainEnd) | (first + i);
+        next[first + i] |= kChainEnd;
+      }
     }
     for (std::uint32_t head = 0; head < vertices_count_; ++head) {
       if (next[head] >= kChainEnd - 1) continue;

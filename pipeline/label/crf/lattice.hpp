@@ -100,27 +100,34 @@ class LatticeHash {
   /// Forgets everything and takes vertices_max (at most what was bound) as capacity. Phase: any.
   void clear(std::size_t vertices_max) noexcept;
 
+  /// What insert() and find() look a key up by. A key's slot is rarely in cache: whoever has many keys
+  /// computes their hashes some keys ahead and prefetches. Phase: any.
+  static constexpr std::uint64_t hash_of(const LatticeKey& key) noexcept {
+    std::uint64_t h = key.low * 0x9E3779B97F4A7C15ULL;
+    h = (h ^ (h >> 32)) + key.high;
+    h *= 0xBF58476D1CE4E5B9ULL;
+    h = (h ^ (h >> 29)) * 0x94D049BB133111EBULL;
+    return h ^ (h >> 32);
+  }
+  void prefetch(std::uint64_t hash) const noexcept {
+    __builtin_prefetch(&slots_[static_cast<std::size_t>(hash) & mask_]);
+  }
+
   /// The vertex's index, new or old; kNoVertex when it is new and there is no room. Phase: any.
-  std::uint32_t insert(const LatticeKey& key) noexcept {
-    const std::uint64_t h = mix(key);
-    std::size_t slot = static_cast<std::size_t>(h) & mask_;
-    const auto tag = static_cast<std::uint32_t>(h >> 32);
-    for (; slots_[slot].vertex != kNoVertex; slot = (slot + 1) & mask_)
-      if (slots_[slot].tag == tag && keys_[slots_[slot].vertex] == key) return slots_[slot].vertex;
+  std::uint32_t insert(const LatticeKey& key, std::uint64_t hash) noexcept {
+    const std::size_t slot = slot_of(key, hash);
+    if (slots_[slot].vertex != kNoVertex) return slots_[slot].vertex;
     if (count_ == capacity_) return kNoVertex;
     keys_[count_] = key;
-    slots_[slot] = {tag, count_};
+    slots_[slot] = {static_cast<std::uint32_t>(hash >> 32), count_};
     return count_++;
   }
+  std::uint32_t insert(const LatticeKey& key) noexcept { return insert(key, hash_of(key)); }
   /// kNoVertex when it is not there. Phase: any.
-  [[nodiscard]] std::uint32_t find(const LatticeKey& key) const noexcept {
-    const std::uint64_t h = mix(key);
-    std::size_t slot = static_cast<std::size_t>(h) & mask_;
-    const auto tag = static_cast<std::uint32_t>(h >> 32);
-    for (; slots_[slot].vertex != kNoVertex; slot = (slot + 1) & mask_)
-      if (slots_[slot].tag == tag && keys_[slots_[slot].vertex] == key) return slots_[slot].vertex;
-    return kNoVertex;
+  [[nodiscard]] std::uint32_t find(const LatticeKey& key, std::uint64_t hash) const noexcept {
+    return slots_[slot_of(key, hash)].vertex;
   }
+  [[nodiscard]] std::uint32_t find(const LatticeKey& key) const noexcept { return find(key, hash_of(key)); }
   [[nodiscard]] std::uint32_t size() const noexcept { return count_; }
   [[nodiscard]] std::size_t capacity() const noexcept { return capacity_; }
   [[nodiscard]] const LatticeKey& key(std::uint32_t vertex) const noexcept { return keys_[vertex]; }
@@ -129,12 +136,14 @@ class LatticeHash {
   struct Slot {
     std::uint32_t tag = 0, vertex = kNoVertex;
   };
-  static constexpr std::uint64_t mix(const LatticeKey& key) {
-    std::uint64_t h = key.low * 0x9E3779B97F4A7C15ULL;
-    h = (h ^ (h >> 32)) + key.high;
-    h *= 0xBF58476D1CE4E5B9ULL;
-    h = (h ^ (h >> 29)) * 0x94D049BB133111EBULL;
-    return h ^ (h >> 32);
+  // Where the key is, or the free slot where it would go.
+  [[nodiscard]] std::size_t slot_of(const LatticeKey& key, std::uint64_t hash) const noexcept {
+    const auto tag = static_cast<std::uint32_t>(hash >> 32);
+    std::size_t slot = static_cast<std::size_t>(hash) & mask_;
+    while (slots_[slot].vertex != kNoVertex &&
+           !(slots_[slot].tag == tag && keys_[slots_[slot].vertex] == key))
+      slot = (slot + 1) & mask_;
+    return slot;
   }
   std::span<Slot> slots_;
   std::span<LatticeKey> keys_;
@@ -160,13 +169,13 @@ class Lattice {
     return rt::bytes_of<VertexWeight>(points_max * d1) + rt::bytes_of<std::uint32_t>(vertices_max * d1);
   }
   /// Phase: boot.
-  void bind(rt::Slice& memory, int dimensions, std::size_t points_max, std::size_t vertices_max);
+  void bind(rt::Slice& memory, int dimensions_max, std::size_t points_max, std::size_t vertices_max);
 
-  /// Embeds points (dimensions() numbers each, divided by their bandwidths) and makes the chains. `hash` and
-  /// `next` (vertices_max entries) are scratch; hash keeps the keys until somebody clears it. full: more
-  /// points or vertices than bound; corrupt: a feature that embed() refuses; the lattice is empty then. About
-  /// 0.4 us a point in 6 dimensions. Phase: any.
-  rt::Status build(std::span<const float> features, LatticeHash& hash,
+  /// Embeds points (`dimensions` numbers each: 2, 3, 5 or 6, divided by their bandwidths) and makes the
+  /// chains. `hash` and `next` (vertices_max entries) are scratch; the hash is cleared, keeps its capacity
+  /// and then the keys until somebody clears it. full: more points or vertices than bound; corrupt: a feature
+  /// that embed() refuses; the lattice is empty then. About 0.4 us a point in 6 dimensions. Phase: any.
+  rt::Status build(int dimensions, std::span<const float> features, LatticeHash& hash,
                    std::span<std::uint32_t> next) noexcept;
 
   [[nodiscard]] int dimensions() const noexcept { return dimensions_; }

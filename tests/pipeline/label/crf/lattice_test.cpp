@@ -159,7 +159,7 @@ TEST(Lattice, ChainsHoldEveryNeighbourPairOfEachAxisOnce) {
   for (const int d : {2, 3, 5, 6}) {
     const auto f = random_features(31, 300, d, 3);
     Built sut(d, 300, 300U * static_cast<unsigned>(d + 1));
-    ASSERT_EQ(sut.lattice.build(f, sut.hash, sut.next), rt::Status::ok);
+    ASSERT_EQ(sut.lattice.build(d, f, sut.hash, sut.next), rt::Status::ok);
     for (int axis = 0; axis <= d; ++axis) {
       std::set<std::pair<std::uint32_t, std::uint32_t>> expected, found;
       for (std::uint32_t v = 0; v < sut.hash.size(); ++v) {
@@ -178,11 +178,11 @@ TEST(Lattice, ChainsHoldEveryNeighbourPairOfEachAxisOnce) {
 TEST(Lattice, TooManyPointsOrVerticesAreFullAndLeaveItEmpty) {
   const auto f = random_features(41, 100, 3, 50);
   Built few_vertices(3, 100, 20), few_points(3, 99, 400), enough(3, 100, 400);
-  EXPECT_EQ(few_vertices.lattice.build(f, few_vertices.hash, few_vertices.next), rt::Status::full);
+  EXPECT_EQ(few_vertices.lattice.build(3, f, few_vertices.hash, few_vertices.next), rt::Status::full);
   EXPECT_EQ(few_vertices.lattice.points_count(), 0U);
   EXPECT_EQ(few_vertices.lattice.vertices_count(), 0U);
-  EXPECT_EQ(few_points.lattice.build(f, few_points.hash, few_points.next), rt::Status::full);
-  EXPECT_EQ(enough.lattice.build(f, enough.hash, enough.next), rt::Status::ok);
+  EXPECT_EQ(few_points.lattice.build(3, f, few_points.hash, few_points.next), rt::Status::full);
+  EXPECT_EQ(enough.lattice.build(3, f, enough.hash, enough.next), rt::Status::ok);
   EXPECT_EQ(enough.lattice.points_count(), 100U);
 }
 
@@ -200,7 +200,7 @@ FilterError filter_error(std::uint32_t seed, int dimensions, std::size_t count, 
     value[i] = (f[i * d] > static_cast<float>(side) / 2 ? 0.8F : 0.2F) +
                std::uniform_real_distribution<float>(-0.2F, 0.2F)(random);
   Built sut(dimensions, count, count * (d + 1));
-  EXPECT_EQ(sut.lattice.build(f, sut.hash, sut.next), rt::Status::ok);
+  EXPECT_EQ(sut.lattice.build(dimensions, f, sut.hash, sut.next), rt::Status::ok);
   std::vector<float> scratch(sut.lattice.vertices_count());
   lattice_filter(sut.lattice, value, scratch, out);
   lattice_filter(sut.lattice, ones, scratch, degree);
@@ -247,7 +247,7 @@ TEST(LatticeFilter, WeightedMeansComeNearToTheDirectGaussian) {
 TEST(LatticeFilter, ConstantStaysConstantAfterNormalising) {
   const auto f = random_features(61, 500, 6, 5);
   Built sut(6, 500, 3500);
-  ASSERT_EQ(sut.lattice.build(f, sut.hash, sut.next), rt::Status::ok);
+  ASSERT_EQ(sut.lattice.build(6, f, sut.hash, sut.next), rt::Status::ok);
   std::vector<float> scratch(sut.lattice.vertices_count()), out(500), degree(500);
   lattice_filter(sut.lattice, std::vector<float>(500, 1.0F), scratch, degree);
   lattice_filter(sut.lattice, std::vector<float>(500, 3.5F), scratch, out);
