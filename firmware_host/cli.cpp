@@ -85,9 +85,45 @@ void add_run(CLI::App& root, const PipelineCommands& pipeline, RunOptions& o, Co
   app->callback([&] { command = [&] { return pipeline.run(o); }; });
 }
 
-void add_eval(CLI::App& root, EvalTrajectoryOptions& t, EvalSurfaceOptions& s, Command& command) {
+void add_eval_labels(CLI::App& eval, const PipelineCommands& pipeline, EvalLabelsOptions& o, Command& command) {
+  CLI::App* app = eval.add_subcommand(
+      "labels", "Run a source and score its material labels: network, network + 2D CRF, map, map + 3D CRF");
+  app->footer(
+      "Truth is one 8-bit PNG of material ids per colour frame, named as it, 255 where unlabelled. The methods "
+      "of the\n"
+      "map are its dense ray-cast from the frame's tracked pose once the recording is over; 255, where the map "
+      "has no\n"
+      "surface or no label, is a miss. Classes without a pixel of truth are in no mean.\n" +
+      std::string(source_help()));
+  app->add_option("SOURCE", o.source, "What to run (below)")->required()->type_name("");
+  app->add_option("--truth", o.truth, "Folder of true labels; else the source's own exact ones")->type_name("DIR");
+  app->add_option("--save-predictions", o.save_predictions,
+                  "Folder that receives METHOD/NAME.png, 8-bit material ids, 255 where nothing is known")
+      ->type_name("DIR");
+  app->add_option("--save-points", o.save_points,
+                  "File that receives the map's cells with unary costs and true labels, for fitting a CRF")
+      ->type_name("FILE");
+  app->add_option("--model", o.model, "Network that labels keyframes (.tflite)")->type_name("FILE");
+  add_profile(*app, o.profile, o.settings);
+  app->add_option("--gravity", o.gravity,
+                  "Direction of gravity in the first depth frame, when the source does not know it")
+      ->type_name("X,Y,Z");
+  app->add_option("--every", o.every,
+                  "Score the first frame with truth and every Nth after it (default 12, or 1 when there are at "
+                  "most 24 images)")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1'000'000));
+  app->add_flag("--confusion", o.has_confusion, "Print what each material was taken for");
+  add_frames(*app, o.frames);
+  add_json(*app, o.is_json);
+  app->callback([&] { command = [&] { return pipeline.eval_labels(o); }; });
+}
+
+void add_eval(CLI::App& root, const PipelineCommands& pipeline, EvalTrajectoryOptions& t, EvalSurfaceOptions& s,
+              EvalLabelsOptions& l, Command& command) {
   CLI::App* eval = root.add_subcommand("eval", "Measure a result against the truth");
   eval->require_subcommand(1);
+  if (pipeline.eval_labels) add_eval_labels(*eval, pipeline, l, command);
   CLI::App* trajectory = eval->add_subcommand("trajectory",
                                               "Error of a camera path: ATE aligned at the first pose and "
                                               "rigidly (no scale), RPE per second and metre");
@@ -179,6 +215,7 @@ int run_command_line(int argc, const char* const* argv, const PipelineCommands& 
   RunOptions run_options;
   EvalTrajectoryOptions trajectory_options;
   EvalSurfaceOptions surface_options;
+  EvalLabelsOptions labels_options;
   ConvertOptions convert_options;
   InfoOptions info_options;
   PlanOptions plan_options;
@@ -186,7 +223,7 @@ int run_command_line(int argc, const char* const* argv, const PipelineCommands& 
   BenchOptions bench_options;
   for (int i = 0; i < argc; ++i) run_options.command += i == 0 ? "tactus" : std::string(" ") + argv[i];
   if (pipeline.run) add_run(root, pipeline, run_options, command);
-  add_eval(root, trajectory_options, surface_options, command);
+  add_eval(root, pipeline, trajectory_options, surface_options, labels_options, command);
   add_convert(root, convert_options, command);
   add_info(root, info_options, command);
   if (pipeline.plan) {

@@ -2,6 +2,7 @@
 
 #include "firmware_host/bench.hpp"
 #include "firmware_host/cli.hpp"
+#include "firmware_host/label_command.hpp"
 #include "firmware_host/plan.hpp"
 #include "firmware_host/run.hpp"
 #include "firmware_host/wiring.hpp"
@@ -9,6 +10,7 @@
 int main(int argc, char** argv) {
   tactus::firmware::PipelineCommands pipeline;
   pipeline.run = tactus::firmware::run;
+  pipeline.eval_labels = tactus::firmware::eval_labels;
   pipeline.plan = tactus::firmware::plan;
   pipeline.wiring = tactus::firmware::wiring;
   pipeline.bench = tactus::firmware::bench;
