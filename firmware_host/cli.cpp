@@ -43,6 +43,12 @@ void add_profile(CLI::App& app, std::string& profile, std::vector<std::string>& 
       ->allow_extra_args(false);
 }
 
+void add_crf(CLI::App& app, std::string& crf) {
+  app.add_option("--crf", crf, "Parameters of the 3D CRF: the product's, those of the paper's authors, or a TOML file")
+      ->type_name("default|paper|FILE.toml")
+      ->capture_default_str();
+}
+
 void add_run(CLI::App& root, const PipelineCommands& pipeline, RunOptions& o, Command& command) {
   CLI::App* app =
       root.add_subcommand("run", "Track the camera, map and label the room, let things bounce in it");
@@ -104,6 +110,7 @@ void add_eval_labels(CLI::App& eval, const PipelineCommands& pipeline, EvalLabel
                   "File that receives the map's cells with unary costs and true labels, for fitting a CRF")
       ->type_name("FILE");
   app->add_option("--model", o.model, "Network that labels keyframes (.tflite)")->type_name("FILE");
+  add_crf(*app, o.crf);
   add_profile(*app, o.profile, o.settings);
   app->add_option("--gravity", o.gravity,
                   "Direction of gravity in the first depth frame, when the source does not know it")
@@ -158,6 +165,35 @@ void add_eval(CLI::App& root, const PipelineCommands& pipeline, EvalTrajectoryOp
   surface->add_option("--samples", s.samples_count, "Points on MESH")->type_name("N")->capture_default_str();
   add_json(*surface, s.is_json);
   surface->callback([&] { command = [&s] { return eval_surface(s); }; });
+}
+
+void add_study(CLI::App& root, const PipelineCommands& pipeline, StudyOptions& o, Command& command) {
+  CLI::App* study = root.add_subcommand("study", "The paper's accuracy study, and what explains its figures");
+  study->require_subcommand(1);
+  const auto add = [&](const char* name, const char* what, const auto& run) {
+    CLI::App* app = study->add_subcommand(name, what);
+    app->add_option("--out", o.out, "Folder that receives pictures and JSON")->type_name("DIR");
+    app->add_option("--data", o.data, "Folder that may hold bedroom_rendered, kitchen_7scenes, tum_fr1_rpy, hand_labels")
+        ->type_name("DIR");
+    app->add_option("--model", o.model, "Network that labels keyframes (.tflite)")->type_name("FILE");
+    add_crf(*app, o.crf);
+    app->add_option("--mode", o.mode, "Image size of the synthetic rooms")
+        ->check(CLI::IsMember({"640x480", "960x540", "320x240"}))
+        ->capture_default_str();
+    app->add_option("--length", o.frames_count, "Frames of each synthetic room")
+        ->type_name("N")
+        ->check(CLI::Range(1, 100'000))
+        ->capture_default_str();
+    add_profile(*app, o.profile, o.settings);
+    add_json(*app, o.is_json);
+    app->callback([&command, &o, run] { command = [&o, run] { return run(o); }; });
+  };
+  add("accuracy", "The four metrics of network, 2D CRF, map and 3D CRF, beside the paper's table",
+      pipeline.study_accuracy);
+  add("errors", "What tracking, reconstruction, segmentation, fusion and ray-cast each cost in mean IU",
+      pipeline.study_errors);
+  add("keyframes", "Accuracy, processor time and label age when one frame in N is labelled",
+      pipeline.study_keyframes);
 }
 
 void add_convert(CLI::App& root, ConvertOptions& o, Command& command) {
@@ -216,6 +252,7 @@ int run_command_line(int argc, const char* const* argv, const PipelineCommands& 
   EvalTrajectoryOptions trajectory_options;
   EvalSurfaceOptions surface_options;
   EvalLabelsOptions labels_options;
+  StudyOptions study_options;
   ConvertOptions convert_options;
   InfoOptions info_options;
   PlanOptions plan_options;
@@ -224,6 +261,8 @@ int run_command_line(int argc, const char* const* argv, const PipelineCommands& 
   for (int i = 0; i < argc; ++i) run_options.command += i == 0 ? "tactus" : std::string(" ") + argv[i];
   if (pipeline.run) add_run(root, pipeline, run_options, command);
   add_eval(root, pipeline, trajectory_options, surface_options, labels_options, command);
+  study_options.command = run_options.command;
+  if (pipeline.study_accuracy) add_study(root, pipeline, study_options, command);
   add_convert(root, convert_options, command);
   add_info(root, info_options, command);
   if (pipeline.plan) {

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "firmware_host/label_crf.hpp"
 #include "firmware_host/label_outputs.hpp"
 #include "firmware_host/label_scores.hpp"
 #include "firmware_host/label_text.hpp"
@@ -16,7 +17,10 @@ rt::Result<std::string> eval_labels(const EvalLabelsOptions& options) {
   if (!settings) return settings.error();
   // A network is measured unless exact labels are asked for, on synthetic rooms too.
   if (settings->label_source == LabelSource::automatic) settings->label_source = LabelSource::network;
+  const auto crf = crf_parameters(options.crf);
+  if (!crf) return crf.error();
   LabelStudyRequest request;
+  request.crf = *crf;
   request.session.source = options.source;
   request.session.frames = options.frames;
   request.session.gravity = options.gravity;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <vector>
 
 #include "pipeline/label/crf/crf.hpp"
@@ -9,6 +10,9 @@
 #include "rt/status.hpp"
 
 namespace tactus::firmware {
+
+/// "default", "paper" or a TOML file (crf_settings.hpp). bad_usage when it cannot be read. Boot.
+rt::Result<label::CrfParameters> crf_parameters(const std::string& choice);
 
 /// Cells as the 3D field wants them.
 struct CellPoints {
@@ -26,6 +30,6 @@ struct RefinedCells {
 };
 
 /// The batch field over all cells of a map. failed when the parameters or the map cannot be computed with.
-rt::Result<RefinedCells> refine_cells(std::span<const map::SurfaceCell> cells, const label::CrfParameters& parameters);
+rt::Result<RefinedCells> refine_cells(const label::CrfPoints& points, const label::CrfParameters& parameters);
 
 }  // namespace tactus::firmware

@@ -4,8 +4,10 @@
 #include <utility>
 
 #include "firmware_host/color_names.hpp"
-#include "firmware_host/image_crf.hpp"
+#include "firmware_host/exact_fusion.hpp"
+#include "firmware_host/image_refiner.hpp"
 #include "firmware_host/label_crf.hpp"
+#include "firmware_host/true_depth.hpp"
 #include "pipeline/label_view.hpp"
 #include "pipeline/source_scores.hpp"
 
@@ -78,6 +80,17 @@ std::vector<map::SurfaceCell> cells_of(const map::Map& map) {
   return cells;
 }
 
+/// Of costs relative to the best; unknown where all are equal, since nothing was observed.
+std::vector<MaterialId> best_labels(std::span<const float> unary_nat) {
+  std::vector<MaterialId> labels(unary_nat.size() / kMaterialCount, kUnknownMaterial);
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    const float* cost = &unary_nat[i * kMaterialCount];
+    if (*std::max_element(cost, cost + kMaterialCount) > 0)
+      labels[i] = static_cast<MaterialId>(std::min_element(cost, cost + kMaterialCount) - cost);
+  }
+  return labels;
+}
+
 std::vector<MaterialId> best_labels(std::span<const map::SurfaceCell> cells) {
   std::vector<MaterialId> labels;
   labels.reserve(cells.size());
@@ -86,11 +99,16 @@ std::vector<MaterialId> best_labels(std::span<const map::SurfaceCell> cells) {
 }
 
 /// Which cell of the list each pixel of a view sees.
-void find_cells(const map::Reader& reader, const hal::RigCalibration& rig, LabelStudy& study, LabelView& view) {
+void find_cells(const map::Reader& reader, const hal::RigCalibration& rig, std::span<const float> true_depth_m,
+                LabelStudy& study, LabelView& view) {
   view.cells.assign(pixels_count(study.camera), kNoCell);
   if (!view.is_tracked) return;
   std::vector<map::CellAddress> hits(view.cells.size());
-  cast_cells(reader, picture_camera_at(view.T_world_depth, rig), kRangeM, hits, {});
+  const PictureCamera camera = picture_camera_at(view.T_world_depth, rig);
+  if (true_depth_m.empty())
+    cast_cells(reader, camera, kRangeM, hits, {});
+  else
+    nearest_cells(reader, camera, true_depth_m, hits);
   for (std::size_t i = 0; i < hits.size(); ++i) {
     if (hits[i].key == map::kNoKey) continue;
     const auto found = std::lower_bound(
@@ -151,10 +169,21 @@ rt::Result<LabelStudy> study_labels(const LabelStudyRequest& request) {
   if (!truth) return truth.error();
   auto names = ColorNames::of(options.source);
   if (!names) return names.error();
+  if ((request.has_exact_fusion || request.has_true_geometry) && !rig.registered)
+    return rt::Error{rt::ExitCode::bad_usage,
+                     options.source + ": errors can be attributed only where depth and colour share pixels."};
+  std::optional<TrueDepth> true_depth;
+  std::vector<std::vector<float>> true_depths_m;  // per view, when asked for
+  if (request.has_true_geometry) {
+    auto exact = TrueDepth::of(options.source, rig);
+    if (!exact) return exact.error();
+    true_depth.emplace(std::move(*exact));
+  }
+  ExactFusion exact_fusion;
   auto labeller = FrameLabeller::of(session);
   if (!labeller) return labeller.error();
 
-  ImageCrf image_crf;
+  ImageRefiner image_refiner;
 
   LabelStudy study;
   study.camera = picture_camera_at({}, rig).intrinsics;
@@ -162,7 +191,14 @@ rt::Result<LabelStudy> study_labels(const LabelStudyRequest& request) {
   study.description = sensor.description;
   const std::uint64_t every = views_every(request.every, truth->images_count());
   std::uint64_t with_truth_count = 0;
+  std::uint64_t keyframes_count = 0;
   auto ran = session.run("label", [&](const ObservedFrame& frame) -> rt::Result<void> {
+    if (request.has_exact_fusion && session.pipeline().counts().keyframes > keyframes_count) {
+      keyframes_count = session.pipeline().counts().keyframes;
+      const auto scores = (*labeller)->label(frame.depth_sequence, frame.rgb);
+      if (!scores) return scores.error();
+      exact_fusion.add(frame.T_world_depth, session.pipeline().spine().half_depth_m(), **scores);
+    }
     if (!frame.color_sequence || frame.depth_sequence < request.first_frame) return {};
     const std::string name = names->name(*frame.color_sequence);
     if (!truth->has(name) || with_truth_count++ % every != 0) return {};
@@ -173,6 +209,15 @@ rt::Result<LabelStudy> study_labels(const LabelStudyRequest& request) {
     if (auto read = truth->read(name, frame.depth_sequence, study.camera.width, study.camera.height, view.truth);
         !read)
       return read;
+    if (true_depth) {
+      std::vector<float> depth_m(view.truth.size());
+      const auto known = true_depth->read(frame.depth_sequence, frame.time, depth_m);
+      if (!known) return known.error();
+      if (!*known)
+        return rt::Error{rt::ExitCode::bad_input,
+                         options.source + ": the exact depth of scored frame " + name + " is not known."};
+      true_depths_m.push_back(std::move(depth_m));
+    }
     const auto scores = (*labeller)->label(frame.depth_sequence, frame.rgb);
     if (!scores) return scores.error();
     if (request.has_method[at(LabelMethod::net)]) {
@@ -181,7 +226,7 @@ rt::Result<LabelStudy> study_labels(const LabelStudyRequest& request) {
     }
     if (request.has_method[at(LabelMethod::net_crf2d)]) {
       view.labels[at(LabelMethod::net_crf2d)].resize(view.truth.size());
-      if (auto refined = image_crf.refine(**scores, view.rgb, study.camera.width, study.camera.height,
+      if (auto refined = image_refiner.refine(**scores, view.rgb, study.camera.width, study.camera.height,
                                           view.labels[at(LabelMethod::net_crf2d)]);
           !refined)
         return refined;
@@ -209,12 +254,20 @@ rt::Result<LabelStudy> study_labels(const LabelStudyRequest& request) {
 
   // The finished map, seen from where each frame was taken.
   study.cells = cells_of(session.map());
-  for (LabelView& view : study.views) find_cells(session.pipeline().reader(), rig, study, view);
+  for (std::size_t v = 0; v < study.views.size(); ++v)
+    find_cells(session.pipeline().reader(), rig,
+               true_depths_m.empty() ? std::span<const float>{} : std::span<const float>(true_depths_m[v]), study,
+               study.views[v]);
+  CellPoints points(study.cells);
+  if (request.has_exact_fusion)
+    points.unary_nat = exact_fusion.unary_nat(study.cells, rig, session.pipeline().spine().half_camera(),
+                                              session.map().config().voxel_size_m);
   study.cell_truth = majority_truth(study);
   if (request.has_method[at(LabelMethod::fused)])
-    study.cell_labels[at(LabelMethod::fused)] = best_labels(study.cells);
+    study.cell_labels[at(LabelMethod::fused)] =
+        request.has_exact_fusion ? best_labels(points.unary_nat) : best_labels(study.cells);
   if (request.has_method[at(LabelMethod::fused_crf3d)]) {
-    auto refined = refine_cells(study.cells, request.crf);
+    auto refined = refine_cells(points.points(), request.crf);
     if (!refined) return refined.error();
     study.cell_labels[at(LabelMethod::fused_crf3d)] = std::move(refined->labels);
     study.crf = refined->report;

@@ -67,6 +67,9 @@ struct LabelStudyRequest {
   std::uint64_t views_max = 0;    // 0: no limit
   std::array<bool, kLabelMethodsCount> has_method = {true, true, true, true, true};
   label::CrfParameters crf = label::default_crf_parameters();
+  // For attributing errors; both need cameras that share pixels.
+  bool has_exact_fusion = false;   // float64 and all materials instead of the compact cells
+  bool has_true_geometry = false;  // pixels ask for the map nearest to their true point instead of casting a ray
 };
 
 /// 12, the paper's rhythm of keyframes; 1 where the truth is a handful of images.

@@ -62,13 +62,13 @@ rt::Result<std::unique_ptr<LabelSession>> LabelSession::open(const LabelSessionO
   session->sensor_ = std::move(*sensor);
   hal::Sensor& opened = session->sensor_;
   if (options.has_true_depth) {
-    if (!options.source.starts_with("synthetic:"))
-      return rt::Error{rt::ExitCode::bad_usage, options.source + " does not know its exact depth."};
-    const std::string mark = options.source.find('?') == std::string::npos ? "?" : "&";
-    auto exact = open_source(options.source + mark + "noise=0", {options.frames, 0});
+    auto exact = TrueDepth::of(options.source, opened.calibration);
     if (!exact) return exact.error();
-    session->exact_ = std::move(*exact);
-    opened.depth = std::move(session->exact_->depth);
+    if (!exact->is_complete() && !options.has_true_poses)
+      return rt::Error{rt::ExitCode::bad_usage,
+                       options.source + " knows the exact depth of some frames only, too few to track them."};
+    session->exact_.emplace(std::move(*exact));
+    opened.depth = TrueDepth::camera(std::move(opened.depth), *session->exact_, opened.calibration);
   }
   if (opened.color) {
     auto tap = std::make_unique<ColorTap>(std::move(opened.color));

@@ -13,6 +13,7 @@
 #include "firmware_host/open_source.hpp"
 #include "firmware_host/run_labels.hpp"
 #include "firmware_host/run_settings.hpp"
+#include "firmware_host/true_depth.hpp"
 #include "pipeline/pipeline.hpp"
 #include "rt/arena.hpp"
 
@@ -26,7 +27,8 @@ struct LabelSessionOptions {
   std::filesystem::path model;  // as `tactus run --model`
   map::LabelRule rule = map::LabelRule::bayes;
   bool has_true_poses = false;  // instead of tracking
-  bool has_true_depth = false;  // instead of the sensor's; synthetic rooms only
+  bool has_true_depth = false;  // instead of the sensor's; frames without are blank, so those that have some only need
+                                // true poses as well
 };
 
 /// One frame after the spine took it.
@@ -64,8 +66,8 @@ class LabelSession {
   class DepthTap;
   LabelSession() = default;
 
+  std::optional<TrueDepth> exact_;  // read by the sensor's depth camera
   hal::Sensor sensor_;
-  std::optional<hal::Sensor> exact_;  // the same room without noise
   ColorTap* color_tap_ = nullptr;     // owned by sensor_
   DepthTap* depth_tap_ = nullptr;
   LabelChoice labels_;

@@ -58,6 +58,7 @@ struct EvalLabelsOptions {
   std::vector<std::string> settings;
   std::string gravity;
   FrameRange frames;
+  std::string crf = "default";  // of the 3D CRF: default | paper | FILE.toml
   std::uint64_t every = 0;      // of the frames with truth; 0: chosen by how many there are
   bool has_confusion = false;  // the tables of what was taken for what
   bool is_json = false;
@@ -70,6 +71,7 @@ struct StudyOptions {
   std::filesystem::path model;  // .tflite; empty: as `tactus run` chooses a network
   std::string profile = "x86";
   std::vector<std::string> settings;
+  std::string crf = "default";   // of the 3D CRF: default | paper | FILE.toml
   std::string mode = "640x480";  // of the synthetic rooms
   int frames_count = 300;        // of each synthetic room
   bool is_json = false;
