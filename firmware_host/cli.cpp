@@ -184,6 +184,13 @@ void add_study(CLI::App& root, const PipelineCommands& pipeline, StudyOptions& o
         ->type_name("N")
         ->check(CLI::Range(1, 100'000))
         ->capture_default_str();
+    app->add_option("--room", o.rooms, "Only this synthetic room; may be repeated")
+        ->check(CLI::IsMember({"bedroom", "office"}))
+        ->take_all()
+        ->allow_extra_args(false);
+    app->add_option("--views", o.views_count, "Frames scored of each synthetic room (default 13 and 12, as the paper)")
+        ->type_name("N")
+        ->check(CLI::Range(1, 1000));
     add_profile(*app, o.profile, o.settings);
     add_json(*app, o.is_json);
     app->callback([&command, &o, run] { command = [&o, run] { return run(o); }; });

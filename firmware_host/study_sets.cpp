@@ -21,18 +21,15 @@ fs::path data_folder(const StudyOptions& options) {
   return {};
 }
 
-StudySet synthetic(const StudyOptions& options, const RunSettings& settings, const char* room, int views_count) {
+StudySet synthetic(const StudyOptions& options, const RunSettings& settings, const std::string& room, int views_count) {
   StudySet set;
-  set.name = std::string("synthetic_") + room;
-  set.request.session.source = std::string("synthetic:") + room + "?frames=" + std::to_string(options.frames_count) +
+  set.name = "synthetic_" + room;
+  set.request.session.source = "synthetic:" + room + "?frames=" + std::to_string(options.frames_count) +
                                "&mode=" + options.mode;
   set.request.session.model = options.model;
   set.request.settings = settings;
-  set.request.every = static_cast<std::uint64_t>(std::max(1, options.frames_count / (kBedroomViews - 1)));
-  while (set.request.every * static_cast<std::uint64_t>(views_count - 1) >=
-             static_cast<std::uint64_t>(options.frames_count) &&
-         set.request.every > 1)
-    --set.request.every;
+  // Spread evenly, from the first frame on.
+  set.request.every = static_cast<std::uint64_t>(std::max(1, options.frames_count / views_count));
   set.request.views_max = static_cast<std::uint64_t>(views_count);
   return set;
 }
@@ -46,8 +43,11 @@ rt::Result<StudySets> study_sets(const StudyOptions& options) {
   const auto crf = crf_parameters(options.crf);
   if (!crf) return crf.error();
   StudySets sets;
-  sets.sets.push_back(synthetic(options, *settings, "bedroom", kBedroomViews));
-  sets.sets.push_back(synthetic(options, *settings, "office", kOfficeViews));
+  for (const std::string& room : options.rooms) {
+    const int usual_count = room == "bedroom" ? kBedroomViews : kOfficeViews;
+    sets.sets.push_back(
+        synthetic(options, *settings, room, options.views_count > 0 ? options.views_count : usual_count));
+  }
 
   std::error_code error;
   const fs::path data = data_folder(options);
