@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "pipeline/label/crf/crf.hpp"
-#include "pipeline/map/surface_cells.hpp"
+#include "pipeline/map/cell_list.hpp"
 #include "rt/status.hpp"
 
 namespace tactus::firmware {

@@ -15,7 +15,7 @@
 #include "firmware_host/label_session.hpp"
 #include "firmware_host/label_truth.hpp"
 #include "pipeline/label/crf/crf.hpp"
-#include "pipeline/map/surface_cells.hpp"
+#include "pipeline/map/cell_list.hpp"
 
 namespace tactus::firmware {
 

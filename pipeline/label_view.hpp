@@ -6,7 +6,7 @@
 
 #include "hal/calibration.hpp"
 #include "pipeline/map/reader.hpp"
-#include "pipeline/map/surface_cells.hpp"
+#include "pipeline/map/cell_list.hpp"
 #include "pipeline/segment/material_scores.hpp"
 
 namespace tactus {

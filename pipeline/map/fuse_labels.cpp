@@ -5,7 +5,7 @@
 #include <bit>
 #include <cmath>
 
-#include "pipeline/map/cell_surface.hpp"
+#include "pipeline/map/surface_cells.hpp"
 #include "pipeline/register/depth_images.hpp"
 #include "pipeline/register/half_color.hpp"
 #include "rt/assert.hpp"

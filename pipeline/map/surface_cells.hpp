@@ -1,46 +1,26 @@
-// The map's surface as a list of label cells: what a refinement over all of it, or a study, works on.
+// Which cells of a block hold a piece of surface, and where it lies.
 #pragma once
 
-#include <compare>
-#include <cstddef>
 #include <cstdint>
-#include <span>
 
 #include "hal/transform.hpp"
-#include "pipeline/label/material.hpp"
-#include "pipeline/map/block.hpp"
+#include "pipeline/map/map.hpp"
 
 namespace tactus::map {
 
-class Map;
-
-/// Which cell of the world: its block and its number there.
-struct CellAddress {
-  BlockKey key = kNoKey;
-  std::uint32_t cell = 0;
-  friend constexpr auto operator<=>(const CellAddress&, const CellAddress&) = default;
+/// A cell's piece of surface: the point nearest to the cell's centre, relative to the block's first voxel.
+struct CellSurface {
+  Vec3f foot_m;
+  Vec3f normal_world;  // unit, towards free space
 };
 
-/// The cell that answers for a point of the surface: the one of the nearest voxel, as map::Reader has it. Any
-/// thread.
-[[nodiscard]] CellAddress cell_at(const Vec3f& p_world_m, float voxel_size_m) noexcept;
+/// Bit c of the result: cell c has a voxel within a voxel size of the surface, or voxels on both sides of it.
+/// tsdf: the 512 of a block. Phase: any. Pure.
+[[nodiscard]] std::uint64_t cells_with_surface(const std::int16_t* tsdf, const MapConfig& config) noexcept;
 
-/// The cell's place in the grid of cells over the world.
-[[nodiscard]] Vec3<int> grid_of(const CellAddress& address) noexcept;
-
-struct SurfaceCell {
-  CellAddress address;
-  Vec3f position_world_m;  // the surface point nearest to the cell's centre
-  Vec3f normal_world;      // unit, towards free space
-  Rgb8 color;
-  LabelWord word = 0;  // 0: never labelled
-};
-
-/// How many there are; the map must rest. Any phase, no heap; looks at every voxel: some 10 ms.
-[[nodiscard]] std::size_t count_surface_cells(const Map& map) noexcept;
-
-/// Writes them in the order of their addresses and returns their number; `out` must have room for
-/// count_surface_cells().
-std::size_t gather_surface_cells(const Map& map, std::span<SurfaceCell> out) noexcept;
+/// Of a cell among cells_with_surface(); false when its field is flat. Unobserved voxels are left out. Phase:
+/// any. Pure.
+[[nodiscard]] bool surface_of_cell(const std::int16_t* tsdf, int cell, const MapConfig& config,
+                                   CellSurface& out) noexcept;
 
 }  // namespace tactus::map
