@@ -43,6 +43,12 @@ void add_profile(CLI::App& app, std::string& profile, std::vector<std::string>& 
       ->allow_extra_args(false);
 }
 
+void add_crf(CLI::App& app, std::string& crf) {
+  app.add_option("--crf", crf, "Parameters of the 3D CRF: the product's, those of the paper's authors, or a TOML file")
+      ->type_name("default|paper|FILE.toml")
+      ->capture_default_str();
+}
+
 void add_run(CLI::App& root, const PipelineCommands& pipeline, RunOptions& o, Command& command) {
   CLI::App* app =
       root.add_subcommand("run", "Track the camera, map and label the room, let things bounce in it");
@@ -85,9 +91,46 @@ void add_run(CLI::App& root, const PipelineCommands& pipeline, RunOptions& o, Co
   app->callback([&] { command = [&] { return pipeline.run(o); }; });
 }
 
-void add_eval(CLI::App& root, EvalTrajectoryOptions& t, EvalSurfaceOptions& s, Command& command) {
+void add_eval_labels(CLI::App& eval, const PipelineCommands& pipeline, EvalLabelsOptions& o, Command& command) {
+  CLI::App* app = eval.add_subcommand(
+      "labels", "Run a source and score its material labels: network, network + 2D CRF, map, map + 3D CRF");
+  app->footer(
+      "Truth is one 8-bit PNG of material ids per colour frame, named as it, 255 where unlabelled. The methods "
+      "of the\n"
+      "map are its dense ray-cast from the frame's tracked pose once the recording is over; 255, where the map "
+      "has no\n"
+      "surface or no label, is a miss. Classes without a pixel of truth are in no mean.\n" +
+      std::string(source_help()));
+  app->add_option("SOURCE", o.source, "What to run (below)")->required()->type_name("");
+  app->add_option("--truth", o.truth, "Folder of true labels; else the source's own exact ones")->type_name("DIR");
+  app->add_option("--save-predictions", o.save_predictions,
+                  "Folder that receives METHOD/NAME.png, 8-bit material ids, 255 where nothing is known")
+      ->type_name("DIR");
+  app->add_option("--save-points", o.save_points,
+                  "File that receives the map's cells with unary costs and true labels, for fitting a CRF")
+      ->type_name("FILE");
+  app->add_option("--model", o.model, "Network that labels keyframes (.tflite)")->type_name("FILE");
+  add_crf(*app, o.crf);
+  add_profile(*app, o.profile, o.settings);
+  app->add_option("--gravity", o.gravity,
+                  "Direction of gravity in the first depth frame, when the source does not know it")
+      ->type_name("X,Y,Z");
+  app->add_option("--every", o.every,
+                  "Score the first frame with truth and every Nth after it (default 12, or 1 when there are at "
+                  "most 24 images)")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1'000'000));
+  app->add_flag("--confusion", o.has_confusion, "Print what each material was taken for");
+  add_frames(*app, o.frames);
+  add_json(*app, o.is_json);
+  app->callback([&] { command = [&] { return pipeline.eval_labels(o); }; });
+}
+
+void add_eval(CLI::App& root, const PipelineCommands& pipeline, EvalTrajectoryOptions& t, EvalSurfaceOptions& s,
+              EvalLabelsOptions& l, Command& command) {
   CLI::App* eval = root.add_subcommand("eval", "Measure a result against the truth");
   eval->require_subcommand(1);
+  if (pipeline.eval_labels) add_eval_labels(*eval, pipeline, l, command);
   CLI::App* trajectory = eval->add_subcommand("trajectory",
                                               "Error of a camera path: ATE aligned at the first pose and "
                                               "rigidly (no scale), RPE per second and metre");
@@ -122,6 +165,42 @@ void add_eval(CLI::App& root, EvalTrajectoryOptions& t, EvalSurfaceOptions& s, C
   surface->add_option("--samples", s.samples_count, "Points on MESH")->type_name("N")->capture_default_str();
   add_json(*surface, s.is_json);
   surface->callback([&] { command = [&s] { return eval_surface(s); }; });
+}
+
+void add_study(CLI::App& root, const PipelineCommands& pipeline, StudyOptions& o, Command& command) {
+  CLI::App* study = root.add_subcommand("study", "The paper's accuracy study, and what explains its figures");
+  study->require_subcommand(1);
+  const auto add = [&](const char* name, const char* what, const auto& run) {
+    CLI::App* app = study->add_subcommand(name, what);
+    app->add_option("--out", o.out, "Folder that receives pictures and JSON")->type_name("DIR");
+    app->add_option("--data", o.data, "Folder that may hold bedroom_rendered, kitchen_7scenes, tum_fr1_rpy, hand_labels")
+        ->type_name("DIR");
+    app->add_option("--model", o.model, "Network that labels keyframes (.tflite)")->type_name("FILE");
+    add_crf(*app, o.crf);
+    app->add_option("--mode", o.mode, "Image size of the synthetic rooms")
+        ->check(CLI::IsMember({"640x480", "960x540", "320x240"}))
+        ->capture_default_str();
+    app->add_option("--length", o.frames_count, "Frames of each synthetic room")
+        ->type_name("N")
+        ->check(CLI::Range(1, 100'000))
+        ->capture_default_str();
+    app->add_option("--room", o.rooms, "Only this synthetic room; may be repeated")
+        ->check(CLI::IsMember({"bedroom", "office"}))
+        ->take_all()
+        ->allow_extra_args(false);
+    app->add_option("--views", o.views_count, "Frames scored of each synthetic room (default 13 and 12, as the paper)")
+        ->type_name("N")
+        ->check(CLI::Range(1, 1000));
+    add_profile(*app, o.profile, o.settings);
+    add_json(*app, o.is_json);
+    app->callback([&command, &o, run] { command = [&o, run] { return run(o); }; });
+  };
+  add("accuracy", "The four metrics of network, 2D CRF, map and 3D CRF, beside the paper's table",
+      pipeline.study_accuracy);
+  add("errors", "What tracking, reconstruction, segmentation, fusion and ray-cast each cost in mean IU",
+      pipeline.study_errors);
+  add("keyframes", "Accuracy, processor time and label age when one frame in N is labelled",
+      pipeline.study_keyframes);
 }
 
 void add_convert(CLI::App& root, ConvertOptions& o, Command& command) {
@@ -179,6 +258,8 @@ int run_command_line(int argc, const char* const* argv, const PipelineCommands& 
   RunOptions run_options;
   EvalTrajectoryOptions trajectory_options;
   EvalSurfaceOptions surface_options;
+  EvalLabelsOptions labels_options;
+  StudyOptions study_options;
   ConvertOptions convert_options;
   InfoOptions info_options;
   PlanOptions plan_options;
@@ -186,7 +267,9 @@ int run_command_line(int argc, const char* const* argv, const PipelineCommands& 
   BenchOptions bench_options;
   for (int i = 0; i < argc; ++i) run_options.command += i == 0 ? "tactus" : std::string(" ") + argv[i];
   if (pipeline.run) add_run(root, pipeline, run_options, command);
-  add_eval(root, trajectory_options, surface_options, command);
+  add_eval(root, pipeline, trajectory_options, surface_options, labels_options, command);
+  study_options.command = run_options.command;
+  if (pipeline.study_accuracy) add_study(root, pipeline, study_options, command);
   add_convert(root, convert_options, command);
   add_info(root, info_options, command);
   if (pipeline.plan) {

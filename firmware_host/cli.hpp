@@ -14,6 +14,9 @@ namespace tactus::firmware {
 /// sentence. One that is empty is left out of the program and its help.
 struct PipelineCommands {
   std::function<rt::Result<std::string>(const RunOptions&)> run;
+  std::function<rt::Result<std::string>(const EvalLabelsOptions&)> eval_labels;
+  /// All three or none.
+  std::function<rt::Result<std::string>(const StudyOptions&)> study_accuracy, study_errors, study_keyframes;
   std::function<rt::Result<std::string>(const PlanOptions&)> plan;
   std::function<rt::Result<std::string>(const WiringOptions&)> wiring;
   std::function<rt::Result<std::string>(const BenchOptions&)> bench;

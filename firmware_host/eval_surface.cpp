@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "firmware_host/commands.hpp"
+#include "firmware_host/eval_label_metrics.hpp"
 #include "firmware_host/eval_text.hpp"
 #include "firmware_host/summary.hpp"
 #include "hal/synthetic/synthetic.hpp"
@@ -103,24 +104,6 @@ std::string labels_text(const evaluate::LabelMetrics& m) {
   return text + "\n";
 }
 
-nlohmann::json labels_json(const evaluate::LabelMetrics& m) {
-  nlohmann::json left_out = nlohmann::json::array(), classes = nlohmann::json::object();
-  for (std::size_t i = 0; i < kMaterialCount; ++i) {
-    const std::string name(kMaterialNames[i]);
-    if (m.truth_count[i] == 0)
-      left_out.push_back(name);
-    else
-      classes[name] = {{"samples", m.truth_count[i]}, {"accuracy", m.accuracy[i]}, {"iu", m.iu[i]}};
-  }
-  return {{"pixel_accuracy", m.pixel_accuracy},
-          {"mean_accuracy", m.mean_accuracy},
-          {"mean_iu", m.mean_iu},
-          {"frequency_weighted_iu", m.frequency_weighted_iu},
-          {"labelled_share", m.predicted_share},
-          {"classes_left_out", left_out},
-          {"classes", classes}};
-}
-
 }  // namespace
 
 rt::Result<std::string> eval_surface(const EvalSurfaceOptions& options) {
@@ -173,7 +156,7 @@ rt::Result<std::string> eval_surface(const EvalSurfaceOptions& options) {
                         {"share_within_5mm", report.share_within_5mm},
                         {"share_within_10mm", report.share_within_10mm},
                         {"share_within_20mm", report.share_within_20mm}};
-    if (has_labels) j["labels"] = labels_json(labels);
+    if (has_labels) j["labels"] = metrics_json(labels);
     return to_text(j);
   }
   char line[200];

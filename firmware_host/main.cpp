@@ -2,13 +2,19 @@
 
 #include "firmware_host/bench.hpp"
 #include "firmware_host/cli.hpp"
+#include "firmware_host/label_command.hpp"
 #include "firmware_host/plan.hpp"
 #include "firmware_host/run.hpp"
+#include "firmware_host/study.hpp"
 #include "firmware_host/wiring.hpp"
 
 int main(int argc, char** argv) {
   tactus::firmware::PipelineCommands pipeline;
   pipeline.run = tactus::firmware::run;
+  pipeline.eval_labels = tactus::firmware::eval_labels;
+  pipeline.study_accuracy = tactus::firmware::study_accuracy;
+  pipeline.study_errors = tactus::firmware::study_errors;
+  pipeline.study_keyframes = tactus::firmware::study_keyframes;
   pipeline.plan = tactus::firmware::plan;
   pipeline.wiring = tactus::firmware::wiring;
   pipeline.bench = tactus::firmware::bench;

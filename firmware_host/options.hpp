@@ -47,6 +47,39 @@ struct EvalSurfaceOptions {
   bool is_json = false;
 };
 
+/// `tactus eval labels`.
+struct EvalLabelsOptions {
+  std::string source;
+  std::filesystem::path truth;             // folder of label images; empty: the source's own
+  std::filesystem::path save_predictions;  // folder; empty: nothing is written
+  std::filesystem::path save_points;       // file; empty: nothing is written
+  std::filesystem::path model;             // .tflite; empty: as `tactus run` chooses a network
+  std::string profile = "x86";
+  std::vector<std::string> settings;
+  std::string gravity;
+  FrameRange frames;
+  std::string crf = "default";  // of the 3D CRF: default | paper | FILE.toml
+  std::uint64_t every = 0;      // of the frames with truth; 0: chosen by how many there are
+  bool has_confusion = false;  // the tables of what was taken for what
+  bool is_json = false;
+};
+
+/// `tactus study accuracy | errors | keyframes`.
+struct StudyOptions {
+  std::filesystem::path out;    // folder for pictures and JSON; empty: nothing is written
+  std::filesystem::path data;   // folder of recordings; empty: looked for beside
+  std::filesystem::path model;  // .tflite; empty: as `tactus run` chooses a network
+  std::string profile = "x86";
+  std::vector<std::string> settings;
+  std::string crf = "default";   // of the 3D CRF: default | paper | FILE.toml
+  std::string mode = "640x480";  // of the synthetic rooms
+  int frames_count = 300;        // of each synthetic room
+  std::vector<std::string> rooms = {"bedroom", "office"};  // the synthetic ones
+  int views_count = 0;           // frames scored of each synthetic room; 0: the paper's 13 and 12
+  bool is_json = false;
+  std::string command;  // the whole command line, for the report
+};
+
 /// `tactus convert`.
 struct ConvertOptions {
   std::string source;

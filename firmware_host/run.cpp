@@ -1,9 +1,8 @@
 #include "firmware_host/run.hpp"
 
-#include <cmath>
-#include <cstdio>
 #include <filesystem>
 
+#include "firmware_host/first_pose.hpp"
 #include "firmware_host/open_source.hpp"
 #include "firmware_host/run_labels.hpp"
 #include "firmware_host/run_outputs.hpp"
@@ -15,36 +14,6 @@
 
 namespace tactus::firmware {
 namespace {
-
-// First pose of the depth camera: gravity along -y, heading kept, origin at the camera.
-T_WorldDepth level_pose(const Vec3d& gravity_depth) {
-  const Vec3d up = -gravity_depth.normalized();
-  // Rows of R_world_depth are the world's axes in the camera: y up, z away from where the camera looks.
-  Vec3d back = Vec3d{0, 0, -1} - up * (Vec3d{0, 0, -1}.dot(up));
-  if (back.norm() < 0.1) back = Vec3d{0, 1, 0} - up * (Vec3d{0, 1, 0}.dot(up));  // looks straight up or down
-  back = back.normalized();
-  const Vec3d right = up.cross(back);
-  return {{{right.x, right.y, right.z, up.x, up.y, up.z, back.x, back.y, back.z}}, {}};
-}
-
-struct Gravity {
-  Vec3d direction_depth{0, 1, 0};
-  std::string origin;
-};
-
-rt::Result<Gravity> find_gravity(const RunOptions& options, const hal::Sensor& sensor) {
-  if (!options.gravity.empty()) {
-    Vec3d g;
-    char end = 0;
-    if (std::sscanf(options.gravity.c_str(), "%lf,%lf,%lf%c", &g.x, &g.y, &g.z, &end) != 3 ||
-        !(g.norm() > 1e-6) || !std::isfinite(g.norm()))
-      return rt::Error{rt::ExitCode::bad_usage,
-                       "--gravity " + options.gravity + ": it reads x,y,z, not all zero."};
-    return Gravity{g.normalized(), "command line"};
-  }
-  if (sensor.gravity_depth) return Gravity{*sensor.gravity_depth, "recording"};
-  return Gravity{{0, 1, 0}, "none: the camera is taken as level"};
-}
 
 // Without a script: a ball is dropped onto the nearest surface, and three are tossed along the view, so that
 // something lands in sight whatever the camera looks at.
@@ -81,14 +50,8 @@ rt::Result<std::string> run(const RunOptions& options) {
   source.prefetch = is_lockstep ? 0 : 8;
   auto sensor = open_source(options.source, source);
   if (!sensor) return sensor.error();
-  if (sensor->calibration.depth.width % 4 != 0 || sensor->calibration.depth.height % 4 != 0 ||
-      sensor->calibration.depth.width < 128 || sensor->calibration.depth.width > 960 ||
-      sensor->calibration.depth.height < 96 || sensor->calibration.depth.height > 640)
-    return rt::Error{rt::ExitCode::bad_input,
-                     options.source + ": depth images of " + std::to_string(sensor->calibration.depth.width) +
-                         "x" + std::to_string(sensor->calibration.depth.height) +
-                         " are not supported: both sides must be multiples of 4, the width 128 to 960, the height 96 to 640."};
-  const auto gravity = find_gravity(options, *sensor);
+  if (auto supported = check_depth_size(options.source, *sensor); !supported) return supported.error();
+  const auto gravity = find_gravity(options.gravity, *sensor);
   if (!gravity) return gravity.error();
   auto labels = choose_labels(options.source, options.model, *settings, *sensor);
   if (!labels) return labels.error();

@@ -8,12 +8,13 @@
 #include "pipeline/map/fuse_labels.hpp"
 #include "pipeline/picture_view.hpp"
 #include "pipeline/register/depth_images.hpp"
+#include "pipeline/source_scores.hpp"
 
 namespace tactus {
 namespace {
 
 constexpr rt::Duration kReadTimeout{1'000'000'000};
-constexpr std::int64_t kPairingSkewNs = 20'000'000;  // depth and colour of one moment, as TUM pairs them
+constexpr std::int64_t kKnownPoseSkewNs = 1'000'000;   // a known pose is the frame's own
 constexpr std::size_t kSeriesDefault = 4096, kSeriesMax = 100'000;
 // A keyframe's 45 thousand cells take 20 ms: an eighth of them a frame, and they are done before the next keyframe's.
 constexpr std::size_t kCellsPerFuse = 6000;
@@ -34,30 +35,6 @@ contact::DistanceField field_for(Collision collision, const map::Reader& reader)
   if (collision != Collision::semantic)
     field.materials_fn = [](const void*, const Vec3f&, MaterialDistribution&) noexcept { return false; };
   return field;
-}
-
-// Labels of the source as a network would give them: nearest pixel of a coarse grid, with the certainty of a
-// good network.
-void scores_of_labels(std::span<const MaterialId> labels, const hal::Intrinsics& camera,
-                      segment::MaterialScores& scores) {
-  constexpr std::uint8_t kSure = 230;  // 0.9
-  const double step_u = static_cast<double>(camera.width) / scores.width;
-  const double step_v = static_cast<double>(camera.height) / scores.height;
-  scores.columns = {static_cast<float>(1 / step_u), static_cast<float>(0.5 / step_u - 0.5)};
-  scores.rows = {static_cast<float>(1 / step_v), static_cast<float>(0.5 / step_v - 0.5)};
-  std::size_t at = 0;
-  for (int y = 0; y < scores.height; ++y)
-    for (int x = 0; x < scores.width; ++x, at += kMaterialCount) {
-      const auto u = static_cast<std::size_t>((x + 0.5) * step_u),
-                 v = static_cast<std::size_t>((y + 0.5) * step_v);
-      const MaterialId id = labels[v * static_cast<std::size_t>(camera.width) + u];
-      const bool known = id < kMaterialCount;
-      // What is left over goes to the others evenly; nothing known is evenly everything.
-      const auto other =
-          static_cast<std::uint8_t>(known ? (255 - kSure) / (kMaterialCount - 1) : 255 / kMaterialCount);
-      std::fill_n(scores.probability.begin() + static_cast<std::ptrdiff_t>(at), kMaterialCount, other);
-      if (known) scores.probability[at + id] = kSure;
-    }
 }
 
 }  // namespace
@@ -270,7 +247,9 @@ rt::Status Pipeline::spine_round(rt::Clock clock, rt::HostTime deadline) noexcep
   const auto rgb =
       frame->has_rgb ? std::span<const std::uint8_t>(frame->rgb) : std::span<const std::uint8_t>{};
   (void)stage(Stage::register_frame, [&]() noexcept { return spine_.register_frame(frame->raw_depth, rgb); });
-  const rt::Status tracked = stage(Stage::track, [&]() noexcept { return spine_.track(); });
+  const rt::Status tracked = stage(Stage::track, [&]() noexcept {
+    return setup_.known_poses.empty() ? spine_.track() : place(frame->header.time);
+  });
   (void)stage(Stage::integrate, [&]() noexcept { return spine_.integrate(); });
   (void)stage(Stage::predict, [&]() noexcept { return spine_.predict(); });
   (void)stage(Stage::fuse, [&]() noexcept {
@@ -298,6 +277,12 @@ rt::Status Pipeline::spine_round(rt::Clock clock, rt::HostTime deadline) noexcep
   if (frame_series_ms_.size() < frame_series_ms_.capacity())
     frame_series_ms_.push_back(static_cast<float>((clock.now() - begin).milliseconds()));
   return tracked;
+}
+
+rt::Status Pipeline::place(rt::SensorTime time) noexcept {
+  for (const hal::TruthPose& known : setup_.known_poses)
+    if (std::abs(known.time.ns - time.ns) <= kKnownPoseSkewNs) return spine_.place(known.T_world_depth);
+  return spine_.miss();
 }
 
 void Pipeline::fill_keyframe(const SensorFrame& frame) noexcept {
@@ -383,7 +368,7 @@ rt::Status Pipeline::fuse_answered() noexcept {
   const Keyframe& keyframe = keyframes_[*fusing_];
   const auto rest = std::span(fusing_blocks_).subspan(fusing_done_, fusing_count_ - fusing_done_);
   fusing_done_ += map::fuse_labels(spine_.map(), label_keyframe(keyframe, spine_, setup_.labels_from_source), rest,
-                                   map::LabelRule::bayes, kCellsPerFuse)
+                                   setup_.label_rule, kCellsPerFuse)
                       .blocks_done;
   if (fusing_done_ < fusing_count_) return rt::Status::ok;
   ++counts_.keyframes_segmented;

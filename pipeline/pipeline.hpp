@@ -26,6 +26,7 @@
 #include "pipeline/contact/map_field.hpp"
 #include "pipeline/contact/world.hpp"
 #include "pipeline/interact/drop_script.hpp"
+#include "pipeline/map/fuse_labels.hpp"
 #include "pipeline/map/reader.hpp"
 #include "pipeline/map/refine_labels.hpp"
 #include "pipeline/memory_plan.hpp"
@@ -55,6 +56,10 @@ struct PipelineSetup {
   const segment::Model* model = nullptr;  // null: no network
   const segment::ClassMap* class_map = nullptr;
   bool labels_from_source = false;  // exact labels instead of a network's
+  map::LabelRule label_rule = map::LabelRule::bayes;  // direct: the paper's ablation
+  /// For studies: what takes tracking's place, the pose of each frame by its time (a frame without one is
+  /// lost). Empty: the camera is tracked.
+  std::span<const hal::TruthPose> known_poses;
   contact::MaterialTable materials;
   Collision collision = Collision::semantic;
   std::vector<interact::Throw> throws;
@@ -90,6 +95,7 @@ class Pipeline {
 
   static constexpr int kSourceScoresWidth = 160,
                        kSourceScoresHeight = 120;  // of labels taken from the source
+  static constexpr std::int64_t kPairingSkewNs = 20'000'000;  // depth and colour of one moment, as TUM pairs them
   static constexpr int kScoresSideMax = 192;  // of a network's score image, pixels each way
 
   /// Boot: the table for this setup; then, with the table carved, every stage takes its memory and is warmed
@@ -160,6 +166,7 @@ class Pipeline {
   template <typename Step>
   rt::Status timed(Stage stage, std::size_t trace, rt::Clock clock, rt::HostTime deadline,
                    Step&& step) noexcept;
+  rt::Status place(rt::SensorTime time) noexcept;
   void fill_keyframe(const SensorFrame& frame) noexcept;
   void begin_fusing(KeyframeSlot slot) noexcept;
   rt::Status fuse_answered() noexcept;

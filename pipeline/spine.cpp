@@ -131,9 +131,7 @@ rt::Status Spine::register_frame(std::span<const std::uint16_t> raw_depth,
     }
   }
   if (has_color_now_) track::luma_of(half_color_, live_luma_);
-  const bool blank =
-      static_cast<float>(valid_count_) < config_.valid_share_min * static_cast<float>(depth_.size());
-  return blank ? rt::Status::corrupt : rt::Status::ok;
+  return is_blank() ? rt::Status::corrupt : rt::Status::ok;
 }
 
 map::IntegrationFrame Spine::integration_frame() const noexcept {
@@ -177,20 +175,36 @@ bool Spine::try_pose(const T_WorldDepth& T_world_guess) noexcept {
   return true;
 }
 
+bool Spine::is_blank() const noexcept {
+  return static_cast<float>(valid_count_) < config_.valid_share_min * static_cast<float>(depth_.size());
+}
+
+void Spine::observe() noexcept {
+  relocalizer_.observe(
+      half_m_,
+      has_color_now_ ? std::span<const std::uint32_t>(half_color_) : std::span<const std::uint32_t>{},
+      half_camera_);
+}
+
+rt::Status Spine::place(const T_WorldDepth& T_world_depth) noexcept {
+  if (is_blank()) return result_.status = rt::Status::corrupt;
+  observe();
+  T_world_depth_ = T_world_depth;
+  result_.T_world_depth = T_world_depth_;
+  return result_.status = rt::Status::ok;
+}
+
+rt::Status Spine::miss() noexcept { return result_.status = rt::Status::lost; }
+
 rt::Status Spine::track() noexcept {
-  const bool blank =
-      static_cast<float>(valid_count_) < config_.valid_share_min * static_cast<float>(depth_.size());
-  if (blank) {
+  if (is_blank()) {
     // Nothing is known of the motion meanwhile: the next frame with content is searched for, not followed.
     has_model_ = false;
     velocity_ = {};
     result_.status = rt::Status::corrupt;
     return result_.status;
   }
-  relocalizer_.observe(
-      half_m_,
-      has_color_now_ ? std::span<const std::uint32_t>(half_color_) : std::span<const std::uint32_t>{},
-      half_camera_);
+  observe();
   if (map_.blocks_used() == 0) {
     result_.status = rt::Status::ok;  // the first frame defines the world
   } else if (has_model_) {

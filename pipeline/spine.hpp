@@ -65,6 +65,10 @@ class Spine {
                             std::span<const std::uint8_t> rgb) noexcept;
   /// Pose by ICP; when that fails, by relocalisation. Holds integrate() and predict() back when lost.
   rt::Status track() noexcept;
+  /// Instead of track(): the pose is known from outside, or known to be missing. For studies that set tracking
+  /// aside. corrupt when the frame shows nothing.
+  rt::Status place(const T_WorldDepth& T_world_depth) noexcept;
+  rt::Status miss() noexcept;
   rt::Status integrate() noexcept;
   rt::Status predict() noexcept;
 
@@ -85,6 +89,8 @@ class Spine {
 
  private:
   void undistort(std::span<const std::uint16_t> raw) noexcept;
+  [[nodiscard]] bool is_blank() const noexcept;
+  void observe() noexcept;
   bool try_pose(const T_WorldDepth& T_world_guess) noexcept;
   [[nodiscard]] map::IntegrationFrame integration_frame() const noexcept;
 

@@ -19,6 +19,9 @@ class ConfusionMatrix {
     const std::size_t column = predicted < kMaterialCount ? predicted : kUnknownColumn;
     counts_[truth * kColumns + column] += count;
   }
+  void add(const ConfusionMatrix& other) {
+    for (std::size_t i = 0; i < counts_.size(); ++i) counts_[i] += other.counts_[i];
+  }
 
   /// n_ij of the paper: pixels of class i predicted to be class j.
   [[nodiscard]] std::uint64_t count(std::size_t truth, std::size_t predicted) const {

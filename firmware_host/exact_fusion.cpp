@@ -1,0 +1,68 @@
+#include "firmware_host/exact_fusion.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "pipeline/register/depth_images.hpp"
+
+namespace tactus::firmware {
+namespace {
+
+// As map::fuse_labels() has them.
+constexpr double kAgreeVoxels = 1.5, kAgreeSigmas = 2, kFacingMin = 0.2, kNearM = 0.1;
+constexpr double kProbabilityMin = 0.5 / 255;  // a byte of 0 is anything below that
+
+}  // namespace
+
+void ExactFusion::add(const T_WorldDepth& T_world_depth, std::span<const float> half_depth_m,
+                      const segment::MaterialScores& scores) {
+  Keyframe& keyframe = keyframes_.emplace_back();
+  keyframe.T_world_depth = T_world_depth;
+  keyframe.half_depth_m.assign(half_depth_m.begin(), half_depth_m.end());
+  keyframe.probability.assign(scores.probability.begin(), scores.probability.end());
+  keyframe.scores = scores;
+}
+
+std::vector<float> ExactFusion::unary_nat(std::span<const map::SurfaceCell> cells, const hal::RigCalibration& rig,
+                                          const hal::Intrinsics& half_camera, float voxel_size_m) const {
+  std::vector<double> cost(cells.size() * kMaterialCount);
+  MaterialDistribution p{};
+  for (const Keyframe& keyframe : keyframes_) {
+    segment::MaterialScores scores = keyframe.scores;
+    scores.probability = {const_cast<std::uint8_t*>(keyframe.probability.data()), keyframe.probability.size()};
+    const Transform<Depth, World> T_depth_world = keyframe.T_world_depth.inverse();
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      const Vec3d at = T_depth_world * cells[i].position_world_m.cast<double>();
+      if (!(at.z > kNearM)) continue;
+      const Vec3d ray = at * (1 / at.z);
+      const double toward = -(T_depth_world.rotation * cells[i].normal_world.cast<double>()).dot(ray);
+      if (!(toward >= kFacingMin * ray.norm())) continue;
+      const double hu = ray.x * half_camera.fx + half_camera.cx + 0.5,
+                   hv = ray.y * half_camera.fy + half_camera.cy + 0.5;
+      if (!(hu >= 0 && hv >= 0 && hu < half_camera.width && hv < half_camera.height)) continue;
+      const double measured_m = static_cast<double>(
+          keyframe.half_depth_m[static_cast<std::size_t>(hv) * static_cast<std::size_t>(half_camera.width) +
+                                static_cast<std::size_t>(hu)]);
+      if (!(measured_m > 0)) continue;
+      const double sigma_m = static_cast<double>(depth_sigma_m(static_cast<float>(measured_m)));
+      const double tolerance_m =
+          std::max(kAgreeVoxels * static_cast<double>(voxel_size_m), kAgreeSigmas * sigma_m * toward);
+      if (!(std::abs(measured_m - at.z) * toward <= tolerance_m)) continue;
+      scores.sample(static_cast<float>(ray.x * rig.depth.fx + rig.depth.cx),
+                    static_cast<float>(ray.y * rig.depth.fy + rig.depth.cy), p);
+      for (std::size_t m = 0; m < kMaterialCount; ++m)
+        cost[i * kMaterialCount + m] -= std::log(std::max(static_cast<double>(p[m]), kProbabilityMin));
+    }
+  }
+  std::vector<float> unary(cost.size());
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const auto begin = cost.begin() + static_cast<std::ptrdiff_t>(i * kMaterialCount);
+    const double best = *std::min_element(begin, begin + kMaterialCount);
+    for (std::size_t m = 0; m < kMaterialCount; ++m)
+      unary[i * kMaterialCount + m] = static_cast<float>(cost[i * kMaterialCount + m] - best);
+  }
+  return unary;
+}
+
+}  // namespace tactus::firmware

@@ -1,0 +1,150 @@
+#include "firmware_host/label_session.hpp"
+
+#include <utility>
+#include <vector>
+
+#include "firmware_host/first_pose.hpp"
+#include "firmware_host/progress.hpp"
+#include "firmware_host/run_session.hpp"
+#include "pipeline/contact/materials.hpp"
+
+namespace tactus::firmware {
+
+/// Passes frames through and remembers the last one.
+class LabelSession::ColorTap final : public hal::ColorCamera {
+ public:
+  explicit ColorTap(std::unique_ptr<hal::ColorCamera> camera) : camera_(std::move(camera)) {}
+  rt::Status read(std::span<std::uint8_t> rgb, hal::FrameHeader& header, rt::Duration timeout) override {
+    const rt::Status status = camera_->read(rgb, header, timeout);
+    has_frame_ = status == rt::Status::ok;
+    if (has_frame_) {
+      header_ = header;
+      rgb_.assign(rgb.begin(), rgb.end());
+    }
+    return status;
+  }
+  [[nodiscard]] const hal::CameraCounters& counters() const override { return camera_->counters(); }
+
+  bool has_frame_ = false;
+  hal::FrameHeader header_;
+  std::vector<std::uint8_t> rgb_;
+
+ private:
+  std::unique_ptr<hal::ColorCamera> camera_;
+};
+
+class LabelSession::DepthTap final : public hal::DepthCamera {
+ public:
+  explicit DepthTap(std::unique_ptr<hal::DepthCamera> camera) : camera_(std::move(camera)) {}
+  rt::Status read(std::span<std::uint16_t> depth, hal::FrameHeader& header, rt::Duration timeout) override {
+    const rt::Status status = camera_->read(depth, header, timeout);
+    header_ = header;
+    depth_.assign(depth.begin(), depth.end());
+    return status;
+  }
+  [[nodiscard]] const hal::CameraCounters& counters() const override { return camera_->counters(); }
+
+  hal::FrameHeader header_;
+  std::vector<std::uint16_t> depth_;
+
+ private:
+  std::unique_ptr<hal::DepthCamera> camera_;
+};
+
+LabelSession::~LabelSession() = default;
+
+rt::Result<std::unique_ptr<LabelSession>> LabelSession::open(const LabelSessionOptions& options,
+                                                             const RunSettings& settings) {
+  std::unique_ptr<LabelSession> session(new LabelSession);
+  auto sensor = open_source(options.source, {options.frames, 0});
+  if (!sensor) return sensor.error();
+  if (auto supported = check_depth_size(options.source, *sensor); !supported) return supported.error();
+  session->sensor_ = std::move(*sensor);
+  hal::Sensor& opened = session->sensor_;
+  if (options.has_true_depth) {
+    auto exact = TrueDepth::of(options.source, opened.calibration);
+    if (!exact) return exact.error();
+    if (!exact->is_complete() && !options.has_true_poses)
+      return rt::Error{rt::ExitCode::bad_usage,
+                       options.source + " knows the exact depth of some frames only, too few to track them."};
+    session->exact_.emplace(std::move(*exact));
+    opened.depth = TrueDepth::camera(std::move(opened.depth), *session->exact_, opened.calibration);
+  }
+  if (opened.color) {
+    auto tap = std::make_unique<ColorTap>(std::move(opened.color));
+    session->color_tap_ = tap.get();
+    opened.color = std::move(tap);
+  }
+  auto depth_tap = std::make_unique<DepthTap>(std::move(opened.depth));
+  session->depth_tap_ = depth_tap.get();
+  opened.depth = std::move(depth_tap);
+
+  const auto gravity = find_gravity(options.gravity, opened);
+  if (!gravity) return gravity.error();
+  auto labels = choose_labels(options.source, options.model, settings, opened);
+  if (!labels) return labels.error();
+  if (!labels->model && !labels->from_source)
+    return rt::Error{rt::ExitCode::bad_usage,
+                     options.source + ": there are no labels to measure. " +
+                         (labels->remark.empty() ? "Name a network with --model FILE.tflite." : labels->remark)};
+  session->labels_ = std::move(*labels);
+
+  PipelineSetup setup;
+  setup.profile = settings.profile;
+  setup.sensor = &opened;
+  setup.T_world_first = level_pose(gravity->direction_depth);
+  setup.model = session->labels_.model ? &session->labels_.model->model : nullptr;
+  setup.class_map = &session->labels_.class_map;
+  setup.labels_from_source = session->labels_.from_source;
+  setup.label_rule = options.rule;
+  setup.frames_expected = opened.frames_count;
+  setup.collision = Collision::none;  // nothing is thrown: contact has no work
+  setup.materials = contact::default_material_table();
+  if (options.has_true_poses) {
+    if (opened.truth.empty())
+      return rt::Error{rt::ExitCode::bad_usage, options.source + " does not know its true poses."};
+    setup.known_poses = opened.truth;
+  }
+  if (auto planned = Pipeline::plan(setup, session->plan_); !planned) return planned.error();
+  auto arena = rt::Arena::reserve(session->plan_.arena_bytes());
+  if (!arena) return arena.error();
+  session->arena_.emplace(std::move(*arena));
+  session->plan_.carve(*session->arena_);
+  session->pipeline_ = std::make_unique<Pipeline>();
+  if (auto bound = session->pipeline_->bind(setup, session->plan_); !bound) return bound.error();
+  session->arena_->seal();
+  return session;
+}
+
+rt::Result<void> LabelSession::run(const std::string& what,
+                                   const std::function<rt::Result<void>(const ObservedFrame&)>& observe) {
+  catch_signals();
+  const rt::Clock clock = rt::Clock::monotonic();
+  Progress progress(what, sensor_.frames_count, clock);
+  std::uint64_t frames_count = 0;
+  while (!interrupted.load(std::memory_order_relaxed)) {
+    const rt::Status captured = pipeline_->capture_round(clock);
+    if (captured == rt::Status::end_of_stream || captured == rt::Status::device_lost) break;
+    if (captured != rt::Status::ok) continue;  // rejected by the sensor and counted there
+    ObservedFrame frame;
+    frame.depth_sequence = depth_tap_->header_.sequence;
+    frame.time = depth_tap_->header_.time;
+    frame.raw_depth = depth_tap_->depth_;
+    if (color_tap_ != nullptr && color_tap_->has_frame_ &&
+        std::abs(color_tap_->header_.time.ns - frame.time.ns) <= Pipeline::kPairingSkewNs) {
+      frame.color_sequence = color_tap_->header_.sequence;
+      frame.rgb = color_tap_->rgb_;
+    }
+    const rt::Status tracked = pipeline_->spine_round(clock, rt::kNoDeadline);
+    (void)pipeline_->segment_round(clock);
+    frame.is_tracked = tracked == rt::Status::ok;
+    frame.T_world_depth = pipeline_->spine().result().T_world_depth;
+    if (auto observed = observe(frame); !observed) return observed.error();
+    progress.update(++frames_count);
+  }
+  if (interrupted.load(std::memory_order_relaxed))
+    return rt::Error{rt::ExitCode::failed, "The measurement was interrupted before its end."};
+  return {};
+}
+
+}  // namespace tactus::firmware

@@ -1,0 +1,20 @@
+// `tactus study`: the paper's accuracy study and what explains it, each as one command.
+#pragma once
+
+#include <string>
+
+#include "firmware_host/options.hpp"
+#include "rt/status.hpp"
+
+namespace tactus::firmware {
+
+/// The four metrics of every method on every set, the paper's rows beside; pictures and accuracy.json in options.out.
+rt::Result<std::string> study_accuracy(const StudyOptions& options);
+
+/// What each of the paper's five sources of error costs: every one swapped for the truth in turn.
+rt::Result<std::string> study_errors(const StudyOptions& options);
+
+/// Accuracy, processor time and label age when one frame in N goes to the network.
+rt::Result<std::string> study_keyframes(const StudyOptions& options);
+
+}  // namespace tactus::firmware
