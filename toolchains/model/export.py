@@ -1,5 +1,7 @@
 """Writes what the program reads: the .tflite file and its class map."""
 
+from dataclasses import replace
+
 import materials
 from failure import BAD_INPUT, Failure
 from tflite_write import tflite_bytes
@@ -30,10 +32,13 @@ def class_map(name, temperature, ece_before, ece_after):
     return "\n".join(lines) + "\n"
 
 
-def export(graph, size, out, temperature, ece):
+def export(graph, size, out, temperature, ece, is_float=False):
+    """(bytes written, multiply-adds). `is_float`: float32 weights, to see what int8 costs; not for shipping."""
     width, height = size
+    if is_float:
+        graph = replace(graph, ranges={})
     data = tflite_bytes(graph, height, width, f"tactus materials, 23 MINC classes, {width}x{height}")
-    if len(data) > FILE_BYTES_MAX:
+    if len(data) > FILE_BYTES_MAX and not is_float:
         raise Failure(BAD_INPUT, f"{out}: would take {len(data)} bytes, more than the {FILE_BYTES_MAX} that may ship.")
     out.write_bytes(data)
     out.with_suffix(".toml").write_text(class_map(out.stem, temperature, *ece))

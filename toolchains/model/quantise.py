@@ -30,7 +30,7 @@ def quantise(options):
     if not sets:
         raise Failure(BAD_INPUT, f"{options.prepared}: holds no validation pictures to fit the temperature on.")
     fitted = temperature.fit(sets)
-    ece = [[temperature.expected_calibration_error(s, t, at) for s, t in sets] for at in (1.0, fitted)]
+    ece = [[temperature.expected_calibration_error(*one, at) for one in sets] for at in (1.0, fitted)]
     report = {"steps": step, "mean_iu_float": mean_iu(real), "mean_iu_int8_simulated": mean_iu(int8),
               "temperature": fitted, "sources": [s.name for s in prepared if s.indices("validation")],
               "ece_before": ece[0], "ece_after": ece[1]}

@@ -58,7 +58,7 @@ def run_export(options):
 
     graph, report = load_quantised(options.run)
     ece = [sum(report[key]) / len(report[key]) for key in ("ece_before", "ece_after")]
-    size_bytes, multiply_adds = export(graph, options.size, options.out, report["temperature"], ece)
+    size_bytes, multiply_adds = export(graph, options.size, options.out, report["temperature"], ece, options.float)
     print(f"{options.out}: {size_bytes} bytes, {multiply_adds / 1e9:.2f} x 10^9 multiply-adds at "
           f"{options.size[0]}x{options.size[1]}")
 
@@ -112,6 +112,7 @@ def main(arguments=None):
     export.add_argument("--run", type=path, required=True, help="what quantise wrote")
     export.add_argument("--size", type=size, default=(480, 272), metavar="WIDTHxHEIGHT")
     export.add_argument("--out", type=path, required=True, metavar="FILE.tflite")
+    export.add_argument("--float", action="store_true", help="float32 instead of int8, to compare")
     export.set_defaults(execute=run_export)
 
     evaluate = commands.add_parser("evaluate", help="score a .tflite file through the program's own int8 path")

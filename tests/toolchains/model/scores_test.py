@@ -31,12 +31,21 @@ class Temperature(unittest.TestCase):
         logits = rng.normal(0, 1, (4000, 23))
         logits[np.arange(4000), truth] += 2.0
         # Calibrated by construction up to a factor: three times too sure.
-        overconfident = 3 * logits
-        fitted = temperature.fit([(overconfident, truth)])
+        held_out = (3 * logits, np.eye(23)[truth], np.ones(4000))
+        fitted = temperature.fit([held_out])
         self.assertGreater(fitted, 1.5)
-        before = temperature.expected_calibration_error(overconfident, truth, 1.0)
-        after = temperature.expected_calibration_error(overconfident, truth, fitted)
+        before = temperature.expected_calibration_error(*held_out, 1.0)
+        after = temperature.expected_calibration_error(*held_out, fitted)
         self.assertLess(after, 0.5 * before)
+
+    def test_winner_with_a_share_is_right_that_often(self):
+        import temperature
+
+        shares = np.zeros((10, 23))
+        shares[:, 0], shares[:, 1] = 0.75, 0.25
+        scores = np.full((10, 23), -50.0)
+        scores[:, 0], scores[:, 1] = np.log(0.75), np.log(0.25)
+        self.assertLess(temperature.expected_calibration_error(scores, shares, np.ones(10), 1.0), 1e-6)
 
 
 @unittest.skipIf(support.absent("torch"), support.absent("torch") or "")
