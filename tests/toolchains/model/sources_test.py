@@ -96,7 +96,7 @@ class CommandLine(unittest.TestCase):
         return code, errors.getvalue()
 
     def test_missing_folder_is_one_sentence_and_code_3(self):
-        code, errors = self.run_tool("prepare", "--data", "/absent", "--out", "/tmp/never")
+        code, errors = self.run_tool("prepare", "--data", "/absent", "--out", "never")
         self.assertEqual((code, errors), (3, "/absent: there is no such folder.\n"))
 
     def test_size_that_is_no_multiple_of_16_is_code_2(self):
