@@ -2,6 +2,7 @@
 
 import json
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import torch
@@ -57,7 +58,9 @@ def soft_loss(scores, targets, weights, per_class):
 
 
 class Batches:
-    """Endless training samples: sources in turn, scenes of a source evenly, pictures of a scene at random."""
+    """Endless training samples: sources by their number of pictures, scenes of a source evenly (a rendered room and its
+    variants show few things many times), pictures of a scene at random. One thread makes the next batch while the network
+    is busy with the last."""
 
     def __init__(self, prepared, seed, step):
         self.rng = np.random.default_rng([seed, step])
@@ -68,13 +71,23 @@ class Batches:
                 scenes.setdefault(source.pictures[i]["scene"], []).append(i)
             if scenes:
                 self.sources.append((source, list(scenes.values())))
-        self.turn = 0
+        counts = np.array([sum(len(scene) for scene in scenes) for _, scenes in self.sources], np.float64)
+        if not counts.size:
+            raise Failure(BAD_INPUT, "Nothing that is prepared is for training.")
+        self.shares = counts / counts.sum()
+        self.worker = ThreadPoolExecutor(1)
+        self.coming = None
 
     def next(self, count):
+        if self.coming is None:
+            self.coming = self.worker.submit(self._make, count)
+        batch, self.coming = self.coming.result(), self.worker.submit(self._make, count)
+        return batch
+
+    def _make(self, count):
         images, targets, weights = [], [], []
         for _ in range(count):
-            source, scenes = self.sources[self.turn % len(self.sources)]
-            self.turn += 1
+            source, scenes = self.sources[self.rng.choice(len(self.sources), p=self.shares)]
             scene = scenes[self.rng.integers(len(scenes))]
             i = scene[self.rng.integers(len(scene))]
             image, label = augmented(np.array(source.images[i]), np.array(source.labels[i]), self.rng)
