@@ -64,9 +64,11 @@ void add_run(CLI::App& root, const PipelineCommands& pipeline, RunOptions& o, Co
       ->check(CLI::IsMember({"realtime", "lockstep"}))
       ->capture_default_str();
   add_profile(*app, o.profile, o.settings);
-  app->add_option("--model", o.model, "Network that labels keyframes (.tflite)")
-      ->type_name("FILE")
-      ->check(CLI::ExistingFile);
+  app->add_option("--model", o.model,
+                  "Network that labels keyframes: a .tflite file, builtin, or none (default: the source's "
+                  "exact labels where it has them, else builtin)")
+      ->type_name("FILE.tflite|builtin|none")
+      ->check(CLI::ExistingFile | CLI::IsMember({"builtin", "none"}));
   app->add_option("--materials", o.materials, "Table of materials (.toml) instead of the built-in one")
       ->type_name("FILE")
       ->check(CLI::ExistingFile);

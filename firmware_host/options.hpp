@@ -17,7 +17,7 @@ struct RunOptions {
   std::string runner = "realtime";     // realtime | lockstep
   std::string profile = "x86";         // x86 | headset | FILE.toml
   std::vector<std::string> settings;   // key=value, later ones win
-  std::filesystem::path model;         // .tflite; empty: no labels
+  std::filesystem::path model;         // .tflite, "builtin" or "none"; empty: chosen by the source
   std::filesystem::path materials;     // .toml; empty: the built-in table
   std::string app = "none";            // none | shooting | plates
   std::filesystem::path script;        // of the app

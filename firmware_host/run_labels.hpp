@@ -20,8 +20,8 @@ struct LabelChoice {
   std::string remark;  // one sentence when labels are missing or not a network's
 };
 
-/// `model`: --model, may be empty. With labels.source = auto a network is looked for beside the recording
-/// (SOURCE/../models/*.tflite, first by name), then a synthetic source's own exact labels are taken. Boot.
+/// `model`: --model; a file, "builtin", "none", or empty. Empty with labels.source = auto: a synthetic source's own exact
+/// labels, else the network that comes with the program. Boot.
 rt::Result<LabelChoice> choose_labels(const std::string& source, const std::filesystem::path& model,
                                       const RunSettings& settings, const hal::Sensor& sensor);
 

@@ -39,6 +39,12 @@ packages_sysroot=(
   libgtest-dev
 )
 
+# Training the network (toolchains/model); neither the program nor its tests need them. OpenBLAS: torch's 1x1 convolutions
+# are matrix products on one thread, 18 times slower with the reference BLAS.
+packages_model=(
+  python3-torch python3-numpy python3-scipy python3-pil python3-flatbuffers flatbuffers-compiler libopenblas0-pthread
+)
+
 # install_packages NAME...: installs what is missing and says what; asks nothing.
 install_packages() {
   local missing=() package
