@@ -48,6 +48,19 @@ double normaliser(CrfNormalisation normalisation, double degree_i, double degree
                                                       : 0.5 / degree_i + 0.5 / degree_j;
 }
 
+// Of clouds too large for a matrix: a kernel below exp(-20) counts as 0, and so do all three from this
+// distance on.
+constexpr double kExponentMax = 20;
+float reach_squared_of(const CrfParameters& p) {
+  const float theta =
+      std::max({p.smoothness.theta_position_m, p.appearance.theta_position_m, p.surface.theta_position_m});
+  return static_cast<float>(2 * kExponentMax * squared(static_cast<double>(theta)));
+}
+bool is_out_of_reach(const CrfPoints& points, std::size_t i, std::size_t j, float reach_squared) {
+  const Vec3f d = points.position_m[i] - points.position_m[j];
+  return d.dot(d) > reach_squared;
+}
+
 // ln p for p in 0 .. 1; p ln p is 0 at 0, so what it gives there does not matter.
 double ln_of_probability(double p) {
   double shift = 0;
@@ -181,24 +194,14 @@ double BruteCrf::free_energy(std::span<const double> marginals) const noexcept {
   return sum;
 }
 
-CrfEnergy energy_of(const CrfPoints& points, const CrfParameters& parameters,
-                    std::span<const MaterialId> labels, std::span<double> degree) noexcept {
+void degrees_of(const CrfPoints& points, const CrfParameters& parameters, std::span<double> degree) noexcept {
   const std::size_t n = points.size();
-  TACTUS_ASSERT(labels.size() == n && degree.size() >= kKernels * n);
-  constexpr double kExponentMax = 20;
-  const std::array<double, kKernels> weight = weights(parameters);
-  // Farther apart than this, every kernel is below exp(-kExponentMax).
-  const float theta = std::max({parameters.smoothness.theta_position_m,
-                                parameters.appearance.theta_position_m, parameters.surface.theta_position_m});
-  const auto reach_squared = static_cast<float>(2 * kExponentMax * squared(static_cast<double>(theta)));
-  const auto is_out_of_reach = [&](std::size_t i, std::size_t j) {
-    const Vec3f d = points.position_m[i] - points.position_m[j];
-    return d.dot(d) > reach_squared;
-  };
-  for (std::size_t k = 0; k < kKernels * n; ++k) degree[k] = 1;
+  TACTUS_ASSERT(degree.size() == kKernels * n);
+  const float reach_squared = reach_squared_of(parameters);
+  std::fill(degree.begin(), degree.end(), 1.0);
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t j = i + 1; j < n; ++j) {
-      if (is_out_of_reach(i, j)) continue;
+      if (is_out_of_reach(points, i, j, reach_squared)) continue;
       const auto exponent = exponents(points, parameters, i, j);
       for (std::size_t m = 0; m < kKernels; ++m) {
         if (exponent[m] > kExponentMax) continue;
@@ -207,12 +210,20 @@ CrfEnergy energy_of(const CrfPoints& points, const CrfParameters& parameters,
         degree[m * n + j] += k;
       }
     }
+}
+
+CrfEnergy energy_of(const CrfPoints& points, const CrfParameters& parameters,
+                    std::span<const MaterialId> labels, std::span<const double> degree) noexcept {
+  const std::size_t n = points.size();
+  TACTUS_ASSERT(labels.size() == n && degree.size() == kKernels * n);
+  const std::array<double, kKernels> weight = weights(parameters);
+  const float reach_squared = reach_squared_of(parameters);
   CrfEnergy energy;
   for (std::size_t i = 0; i < n; ++i) {
     energy.unary_nat += static_cast<double>(points.unary_nat[i * kMaterialCount + labels[i]]);
     for (std::size_t j = i + 1; j < n; ++j) {
       const auto cost = static_cast<double>(parameters.compatibility.of(labels[i], labels[j]));
-      if (cost == 0 || is_out_of_reach(i, j)) continue;
+      if (cost == 0 || is_out_of_reach(points, i, j, reach_squared)) continue;
       const auto exponent = exponents(points, parameters, i, j);
       for (std::size_t m = 0; m < kKernels; ++m)
         if (exponent[m] <= kExponentMax)

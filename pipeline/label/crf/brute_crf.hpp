@@ -61,10 +61,14 @@ struct CrfEnergy {
   [[nodiscard]] double total_nat() const { return unary_nat + pairwise_nat; }
 };
 
-/// E(x) of any number of points: all pairs, in O(N^2) time (60,000 points: about a minute) and no memory but
-/// `degree`, [3][point], scratch. Kernels below exp(-20) count as 0: 2e-9 a pair at most. Phase: any; not for
-/// steps.
+/// d_i of the three kernels, [3][point], of any number of points: all pairs, O(N^2) time (60,000 points:
+/// about a minute). Kernels below exp(-20) count as 0: 2e-9 a pair at most. Phase: any; not for steps.
+void degrees_of(const CrfPoints& points, const CrfParameters& parameters, std::span<double> degree) noexcept;
+
+/// E(x) of any number of points from their degrees_of(). Time and what counts as 0 as there. Phase: any; not
+/// for steps.
 [[nodiscard]] CrfEnergy energy_of(const CrfPoints& points, const CrfParameters& parameters,
-                                  std::span<const MaterialId> labels, std::span<double> degree) noexcept;
+                                  std::span<const MaterialId> labels,
+                                  std::span<const double> degree) noexcept;
 
 }  // namespace tactus::label

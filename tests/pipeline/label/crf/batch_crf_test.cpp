@@ -160,6 +160,7 @@ TEST(BatchCrf, EnergyOfTheLabellingFalls) {
     most_probable(start.marginals, before);
     most_probable(end.marginals, after);
     std::vector<double> degree(3 * cloud.size());
+    degrees_of(cloud.points(), p, degree);
     const double nat_before = energy_of(cloud.points(), p, before, degree).total_nat(),
                  nat_after = energy_of(cloud.points(), p, after, degree).total_nat();
     std::printf("batch, corner of %zu, seed %u: energy %.1f -> %.1f nat\n", cloud.size(), seed, nat_before,

@@ -76,6 +76,7 @@ TEST(CrfEnergy, AllPairsWithoutAMatrixGiveTheSame) {
     std::vector<MaterialId> labels = cloud.truth;
     for (std::size_t i = 0; i < labels.size(); i += 3)
       labels[i] = static_cast<MaterialId>(i % kMaterialCount);
+    degrees_of(cloud.points(), p, degree);
     const CrfEnergy energy = energy_of(cloud.points(), p, labels, degree);
     EXPECT_NEAR(energy.total_nat(), brute.sut.energy(labels), 1e-3);
     EXPECT_GT(energy.pairwise_nat, 10);
