@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "pipeline/label/crf/morton.hpp"
 #include "pipeline/map/surface_cells.hpp"
 #include "rt/assert.hpp"
 
@@ -10,7 +11,7 @@ namespace tactus::map {
 namespace {
 
 // Prices, ns on one 3.4 GHz core.
-constexpr std::uint64_t kLookBlockNs = 2;     // whether it waits
+constexpr std::uint64_t kLookBlockNs = 2;      // whether it waits
 constexpr std::uint64_t kSelectBlockNs = 100;  // to choose among
 constexpr std::uint64_t kGatherBlockNs = 1500;
 constexpr std::array<std::uint64_t, label::kCrfKernelsMax> kKernelPointNs = {450, 900, 1000};
@@ -19,26 +20,17 @@ constexpr std::uint64_t kLookPointNs = 30, kMovedPointNs = 300;
 constexpr std::uint64_t kCheckBlockNs = 5;
 constexpr std::uint64_t kPublishBlockNs = 2000;
 
-constexpr std::size_t kGatherBlocks = 512;   // a unit
+constexpr std::size_t kGatherBlocks = 512;  // a unit
 constexpr std::uint16_t kNoPlace = 0xFFFF;
-constexpr std::size_t kCellsPerBlock = 16;   // of a block that holds a surface; measured: 14
+constexpr std::size_t kCellsPerBlock = 16;     // of a block that holds a surface; measured: 14
 constexpr std::uint32_t kPreparedFrames = 90;  // then the surface has moved from what was gathered
-constexpr int kRestartsMax = 3;              // by labels that come in between, before a round is ended
+constexpr int kRestartsMax = 3;                // by labels that come in between, before a round is ended
 
 std::size_t blocks_max_of(const RefineConfig& config) { return config.crf.points_max / kCellsPerBlock; }
 
-// The low 10 bits of v, two zeros between each.
-constexpr std::uint32_t spread_bits(std::uint32_t v) {
-  v &= 0x3FF;
-  v = (v | v << 16) & 0x30000FF;
-  v = (v | v << 8) & 0x300F00F;
-  v = (v | v << 4) & 0x30C30C3;
-  return (v | v << 2) & 0x9249249;
-}
-
 std::uint32_t curve_place(const BlockCoord& c) {
-  const auto part = [](std::int32_t v) { return spread_bits(static_cast<std::uint32_t>(v + 512)); };
-  return part(c.x) | part(c.y) << 1 | part(c.z) << 2;
+  const auto part = [](std::int32_t v) { return static_cast<std::uint32_t>(v + 512); };
+  return label::morton_place(part(c.x), part(c.y), part(c.z));
 }
 
 }  // namespace
@@ -48,8 +40,8 @@ std::size_t LabelRefiner::bytes_needed(const RefineConfig& config, std::uint32_t
   return label::DenseCrf::bytes_needed(label::surface_engine_config(config.crf)) +
          rt::bytes_of<BlockKey>(blocks_capacity) + rt::bytes_of<std::uint32_t>(blocks_capacity) +
          rt::bytes_of<std::uint16_t>(blocks_capacity) + rt::bytes_of<std::uint64_t>(blocks_capacity) +
-         rt::bytes_of<RegionBlock>(blocks_max_of(config)) + 2 * rt::bytes_of<Vec3f>(n) + rt::bytes_of<Rgb8>(n) +
-         rt::bytes_of<std::uint8_t>(n) + rt::bytes_of<LabelWord>(n);
+         rt::bytes_of<RegionBlock>(blocks_max_of(config)) + 2 * rt::bytes_of<Vec3f>(n) +
+         rt::bytes_of<Rgb8>(n) + rt::bytes_of<std::uint8_t>(n) + rt::bytes_of<LabelWord>(n);
 }
 
 void LabelRefiner::bind(rt::Slice& memory, const RefineConfig& config, const Map& map) {
@@ -90,12 +82,18 @@ rt::Status LabelRefiner::step(std::uint32_t frames) noexcept {
 
 std::uint64_t LabelRefiner::run_unit() noexcept {
   switch (phase_) {
-    case Phase::select: return select();
-    case Phase::gather: return gather();
-    case Phase::kernel: return add_kernel();
-    case Phase::unary: return load_unary();
-    case Phase::iterate: return iterate();
-    case Phase::publish: return 1;  // front() does it
+    case Phase::select:
+      return select();
+    case Phase::gather:
+      return gather();
+    case Phase::kernel:
+      return add_kernel();
+    case Phase::unary:
+      return load_unary();
+    case Phase::iterate:
+      return iterate();
+    case Phase::publish:
+      return 1;  // front() does it
   }
   return 1;
 }
@@ -124,7 +122,8 @@ std::uint64_t LabelRefiner::select() noexcept {
       centre = key;
     }
     const std::uint16_t place = place_[b];
-    is_all_inside = is_all_inside && place != kNoPlace && region_[place].is_inner && region_[place].key == key;
+    is_all_inside =
+        is_all_inside && place != kNoPlace && region_[place].is_inner && region_[place].key == key;
   }
   has_waiting_ = centre != kNoKey;
   if (!has_waiting_) return kLookBlockNs * blocks;
@@ -136,9 +135,12 @@ std::uint64_t LabelRefiner::select() noexcept {
   for (std::size_t i = 0; i < region_count_; ++i) place_[region_[i].block] = kNoPlace;
   region_count_ = points_count_ = gathered_ = 0;
   is_prepared_ = is_overfull_ = false;
-  // The nearest blocks, then along a curve, on which neighbours share lattice vertices while these are in the cache.
+  // The nearest blocks, then along a curve, on which neighbours share lattice vertices while these are in the
+  // cache.
   const BlockCoord c = coord_of(centre);
-  const auto squared = [](std::int32_t v) { return static_cast<std::uint64_t>(static_cast<std::int64_t>(v) * v); };
+  const auto squared = [](std::int32_t v) {
+    return static_cast<std::uint64_t>(static_cast<std::int64_t>(v) * v);
+  };
   for (std::size_t i = 0; i < labelled; ++i) {
     const BlockCoord at = coord_of(map_->key_concurrent(static_cast<BlockIndex>(order_[i])));
     order_[i] |= (squared(at.x - c.x) + squared(at.y - c.y) + squared(at.z - c.z)) << 16;
@@ -150,7 +152,8 @@ std::uint64_t LabelRefiner::select() noexcept {
   const std::uint64_t reach2 = order_[region_count_ - 1] >> 16;
   for (auto it = order_.begin(); it != end; ++it) {
     const auto block = static_cast<BlockIndex>(*it & 0xFFFFU);
-    // Within the radius less the halo: sqrt(d2) + halo <= sqrt(reach2), without a root. Of small regions the inner half.
+    // Within the radius less the halo: sqrt(d2) + halo <= sqrt(reach2), without a root. Of small regions the
+    // inner half.
     const std::uint64_t d2 = *it >> 16, h2 = squared(kHaloBlocks);
     const std::uint64_t rest = reach2 >= d2 + h2 ? reach2 - d2 - h2 : 0;
     const bool is_inner = is_whole || 4 * d2 <= reach2 || (rest > 0 && rest * rest >= 4 * d2 * h2);

@@ -1,21 +1,22 @@
 // The 3D CRF of eqs. (2) and (3), run all the time over the part of the map whose labels changed.
 //
-// The batch solver (label/crf/batch_crf.hpp) over all cells of a room takes seconds. This one takes a region of
-// bounded size around the block that has waited longest, prepares its lattices once, and then runs mean field on
-// them an iteration at a time, with the newest costs: labels that are fused meanwhile are taken over between
-// iterations, which is a warm start. A region stays prepared for as long as everything that changed lies inside it.
-// At its rim, kHaloBlocks wide, cells take part whose own result is not published: they lack neighbours.
+// The batch solver (label/crf/batch_crf.hpp) over all cells of a room takes seconds. This one takes a region
+// of bounded size around the block that has waited longest, prepares its lattices once, and then runs mean
+// field on them an iteration at a time, with the newest costs: labels that are fused meanwhile are taken over
+// between iterations, which is a warm start. A region stays prepared for as long as everything that changed
+// lies inside it. At its rim, kHaloBlocks wide, cells take part whose own result is not published: they lack
+// neighbours.
 //
 //   select ─► gather ─► three kernels ─► unary costs ─► iterate ... ─► publish ─► select
 //                                           ▲                             │
 //                                           └── all that changed inside ──┘
 //
-// Work is cut into units and charged at fixed prices (ns on one 3.4 GHz core, measured), a fixed sum a frame: what a
-// step does depends on the map alone, never on a clock, so that a recording replays bit for bit. A unit that costs
-// more than the frame's share is paid off in the frames after it.
+// Work is cut into units and charged at fixed prices (ns on one 3.4 GHz core, measured), a fixed sum a frame:
+// what a step does depends on the map alone, never on a clock, so that a recording replays bit for bit. A
+// unit that costs more than the frame's share is paid off in the frames after it.
 //
-// Thread: one (refine). It reads the live map without a lock and never writes it: results go to the map's writer as
-// RefinedBlock. No heap after bind().
+// Thread: one (refine). It reads the live map without a lock and never writes it: results go to the map's
+// writer as RefinedBlock. No heap after bind().
 #pragma once
 
 #include <array>
@@ -36,11 +37,12 @@ struct RefineConfig {
   int iterations = 8;
   std::uint32_t work_ns_per_frame = 2'000'000;
 
-  /// A region of this many cells. With the default bandwidths real rooms (fr1, kitchen) and the synthetic ones need
-  /// 0.1, 0.7 and 0.6 vertices a cell of 2 cm, and 0.5, 4.3 and 3.7 slots.
+  /// A region of this many cells. With the default bandwidths real rooms (fr1, kitchen) and the synthetic
+  /// ones need 0.1, 0.7 and 0.6 vertices a cell of 2 cm, and 0.5, 4.3 and 3.7 slots.
   static constexpr RefineConfig for_cells(std::size_t count) {
     RefineConfig config;
-    config.crf = {count, {count / 6, count * 3 / 4}, {count * 3 / 4, count * 9 / 2}, {count * 2 / 3, 4 * count}};
+    config.crf = {
+        count, {count / 6, count * 3 / 4}, {count * 3 / 4, count * 9 / 2}, {count * 2 / 3, 4 * count}};
     return config;
   }
 };
@@ -76,7 +78,9 @@ class LabelRefiner {
   void pop() noexcept { has_result_ = false; }
 
   /// Whether every label in the map is refined and handed out.
-  [[nodiscard]] bool is_idle() const noexcept { return phase_ == Phase::select && !has_waiting_ && !has_result_; }
+  [[nodiscard]] bool is_idle() const noexcept {
+    return phase_ == Phase::select && !has_waiting_ && !has_result_;
+  }
   [[nodiscard]] const RefineCounters& counters() const noexcept { return counters_; }
   [[nodiscard]] std::size_t points_count() const noexcept { return points_count_; }
 

@@ -2,22 +2,10 @@
 
 #include <algorithm>
 
+#include "pipeline/label/crf/morton.hpp"
 #include "rt/assert.hpp"
 
 namespace tactus::label {
-namespace {
-
-// The low 10 bits of v, two zeros between each.
-constexpr std::uint32_t spread_bits(std::uint32_t v) {
-  v &= 0x3FF;
-  v = (v | v << 16) & 0x30000FF;
-  v = (v | v << 8) & 0x300F00F;
-  v = (v | v << 4) & 0x30C30C3;
-  return (v | v << 2) & 0x9249249;
-}
-static_assert(spread_bits(0x3FF) == 0x9249249);
-
-}  // namespace
 
 DenseCrfConfig surface_engine_config(const BatchCrfConfig& config) noexcept {
   return {config.points_max,
@@ -59,8 +47,8 @@ rt::Status add_surface_kernel(DenseCrf& engine, std::size_t kernel, const CrfPoi
 }
 
 std::size_t BatchCrf::bytes_needed(const BatchCrfConfig& config) {
-  return DenseCrf::bytes_needed(surface_engine_config(config)) + rt::bytes_of<std::uint32_t>(config.points_max) +
-         rt::bytes_of<std::uint64_t>(config.points_max);
+  return DenseCrf::bytes_needed(surface_engine_config(config)) +
+         rt::bytes_of<std::uint32_t>(config.points_max) + rt::bytes_of<std::uint64_t>(config.points_max);
 }
 
 void BatchCrf::bind(rt::Slice& memory, const BatchCrfConfig& config) {
@@ -84,9 +72,8 @@ rt::Status BatchCrf::prepare(const CrfPoints& points, const CrfParameters& p) no
   const float steps = 1023 / side;
   for (std::size_t i = 0; i < n; ++i) {
     const Vec3f at = (points.position_m[i] - low) * steps;
-    keys_[i] = std::uint64_t{spread_bits(static_cast<std::uint32_t>(at.x)) |
-                             spread_bits(static_cast<std::uint32_t>(at.y)) << 1 |
-                             spread_bits(static_cast<std::uint32_t>(at.z)) << 2}
+    keys_[i] = std::uint64_t{morton_place(static_cast<std::uint32_t>(at.x), static_cast<std::uint32_t>(at.y),
+                                          static_cast<std::uint32_t>(at.z))}
                    << 32 |
                i;
   }

@@ -3,12 +3,15 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <bit>
 #include <random>
+#include <thread>
 #include <vector>
 
 #include "pipeline/label/crf/batch_crf.hpp"
 #include "pipeline/map/surface_cells.hpp"
+#include "rt/spsc_ring.hpp"
 #include "tests/pipeline/map/analytic_map.hpp"
 
 namespace tactus::map {
@@ -66,7 +69,7 @@ class Corner {
   }
 
   static MaterialId truth(const Vec3f& p) {
-    if (p.y < 0.03F) return 22;                                          // floor: wood
+    if (p.y < 0.03F) return 22;                                           // floor: wood
     if (p.x < 0.03F) return p.z > 1.2F ? MaterialId{6} : MaterialId{12};  // wall and window
     if (p.z < 0.03F) return 20;
     return 3;
@@ -80,7 +83,8 @@ class Corner {
       if (cells_with_surface(map.tsdf(block), map.config()) == 0) continue;
       std::array<LabelWord, kBlockCells> words;
       std::copy_n(map.labels(block).begin(), kBlockCells, words.begin());
-      for (std::uint64_t cells = cells_with_surface(map.tsdf(block), map.config()); cells != 0; cells &= cells - 1) {
+      for (std::uint64_t cells = cells_with_surface(map.tsdf(block), map.config()); cells != 0;
+           cells &= cells - 1) {
         const int cell = std::countr_zero(cells);
         CellSurface surface;
         if (!surface_of_cell(map.tsdf(block), cell, map.config(), surface)) continue;
@@ -98,7 +102,8 @@ class Corner {
 
   [[nodiscard]] Vec3f position(BlockIndex block, const CellSurface& surface) const {
     const BlockCoord c = coord_of(map.key(block));
-    return Vec3f{static_cast<float>(c.x), static_cast<float>(c.y), static_cast<float>(c.z)} * 0.08F + surface.foot_m;
+    return Vec3f{static_cast<float>(c.x), static_cast<float>(c.y), static_cast<float>(c.z)} * 0.08F +
+           surface.foot_m;
   }
 
   /// Share of cells whose refined material is the batch solver's; and how many cells there are.
@@ -110,7 +115,8 @@ class Corner {
     std::vector<BlockIndex> blocks;
     live_blocks(map, blocks);
     for (const BlockIndex block : blocks)
-      for (std::uint64_t cells = cells_with_surface(map.tsdf(block), map.config()); cells != 0; cells &= cells - 1) {
+      for (std::uint64_t cells = cells_with_surface(map.tsdf(block), map.config()); cells != 0;
+           cells &= cells - 1) {
         const int cell = std::countr_zero(cells);
         CellSurface surface;
         if (!surface_of_cell(map.tsdf(block), cell, map.config(), surface)) continue;
@@ -119,8 +125,9 @@ class Corner {
         const ColorCell color = map.color(block)[cell];
         colors.push_back({color.r, color.g, color.b});
         unary.resize(unary.size() + kMaterialCount);
-        label::unary_costs_of(map.labels(block)[static_cast<std::size_t>(cell)],
-                              std::span<float, kMaterialCount>(&unary[unary.size() - kMaterialCount], kMaterialCount));
+        label::unary_costs_of(
+            map.labels(block)[static_cast<std::size_t>(cell)],
+            std::span<float, kMaterialCount>(&unary[unary.size() - kMaterialCount], kMaterialCount));
         refined.push_back(map.refined_concurrent(block, cell));
       }
     cells_count = positions.size();
@@ -180,8 +187,8 @@ TEST(RefineLabels, SmallRegionsWithHalosCoverTheRoomAndAgreeWithBatch) {
   ASSERT_LE(run_to_the_end(sut, room.map, 3000), 3000);
   std::size_t cells = 0;
   const double agreement = room.agreement_with_batch(config.parameters, cells);
-  std::printf("%llu regions, %.2f %% agree with batch\n", static_cast<unsigned long long>(sut.counters().regions),
-              100 * agreement);
+  std::printf("%llu regions, %.2f %% agree with batch\n",
+              static_cast<unsigned long long>(sut.counters().regions), 100 * agreement);
   EXPECT_GT(sut.counters().regions, 1U);
   EXPECT_GE(agreement, 0.98);
 }
@@ -206,7 +213,8 @@ TEST(RefineLabels, WrongIslandsGo) {
       fused_right += label::best(room.map.labels(block)[static_cast<std::size_t>(cell)]) == truth;
       refined_right += label::refined_best(room.map.refined_concurrent(block, cell)) == truth;
     }
-  std::printf("%zu cells, right: fused %.2f %%, refined %.2f %%\n", count, 100.0 * static_cast<double>(fused_right) / static_cast<double>(count),
+  std::printf("%zu cells, right: fused %.2f %%, refined %.2f %%\n", count,
+              100.0 * static_cast<double>(fused_right) / static_cast<double>(count),
               100.0 * static_cast<double>(refined_right) / static_cast<double>(count));
   EXPECT_LT(static_cast<double>(fused_right), 0.85 * static_cast<double>(count));
   EXPECT_GT(static_cast<double>(refined_right), 0.95 * static_cast<double>(count));
@@ -259,6 +267,62 @@ TEST(RefineLabels, EvictedBlockIsNotWrittenTo) {
   take_results(sut, room.map);
   EXPECT_LE(run_to_the_end(sut, room.map, 2000), 2000);
   for (int cell = 0; cell < kBlockCells; ++cell) EXPECT_EQ(room.map.refined_concurrent(reused, cell), 0U);
+}
+
+// As in the realtime runner: the spine publishes labels and voxels and evicts while the refiner reads;
+// results come back through a ring. Under ThreadSanitizer this is the test of both sides.
+TEST(RefineLabels, BesideAWriterThatNeverRestsEveryResultIsWhole) {
+  Corner room(0.4);
+  std::mt19937 random(7);
+  room.observe(1, random);
+  OwnedRefiner owned(RefineConfig::for_cells(3072), room.map);
+  auto ring = std::make_unique<rt::SpscRing<RefinedBlock, 512>>();
+  std::atomic<bool> is_over{false};
+  std::uint64_t pushed = 0;
+  std::thread refiner([&, producer = ring->producer()]() mutable {
+    while (!is_over.load(std::memory_order_acquire)) {
+      (void)owned.refiner.step(1);
+      while (const RefinedBlock* result = owned.refiner.front()) {
+        if (!producer.try_push(*result)) break;
+        owned.refiner.pop();
+        ++pushed;
+      }
+    }
+  });
+  auto consumer = ring->consumer();
+  std::vector<BlockIndex> blocks;
+  std::uint64_t taken = 0, stale = 0;
+  for (std::uint32_t frame = 2; frame < 40 || taken < 100; ++frame) {
+    room.observe(frame, random);
+    live_blocks(room.map, blocks);
+    const BlockIndex victim = blocks[random() % blocks.size()];
+    const BlockKey key = room.map.key(victim);
+    BlockStaging staging;
+    std::copy_n(room.map.tsdf(victim), kBlockVoxels, staging.tsdf);
+    std::copy_n(room.map.weight(victim), kBlockVoxels, staging.weight);
+    std::copy_n(room.map.color(victim), kBlockCells, staging.color);
+    room.map.evict(victim);
+    room.map.publish(room.map.find_or_allocate(key), staging);
+    RefinedBlock refined;
+    while (consumer.try_pop(refined)) {
+      ++taken;
+      for (const label::RefinedWord word : refined.refined)
+        ASSERT_TRUE(word == 0 ||
+                    (label::refined_best(word) < kMaterialCount && label::refined_confidence(word) <= 1));
+      if (room.map.key(refined.block) != refined.key) {
+        ++stale;
+        continue;
+      }
+      room.map.publish_refined(refined.block, refined.refined);
+    }
+  }
+  is_over.store(true, std::memory_order_release);
+  refiner.join();
+  RefinedBlock rest;
+  while (consumer.try_pop(rest)) ++taken;
+  EXPECT_EQ(taken, pushed) << "nothing is lost on the way";
+  std::printf("%llu results, %llu of blocks gone since\n", static_cast<unsigned long long>(taken),
+              static_cast<unsigned long long>(stale));
 }
 
 }  // namespace
