@@ -184,8 +184,8 @@ void add_study(CLI::App& root, const PipelineCommands& pipeline, StudyOptions& o
         ->type_name("N")
         ->check(CLI::Range(1, 100'000))
         ->capture_default_str();
-    app->add_option("--room", o.rooms, "Only this synthetic room; may be repeated")
-        ->check(CLI::IsMember({"bedroom", "office"}))
+    app->add_option("--room", o.rooms, "Only this synthetic room, or none of them; may be repeated")
+        ->check(CLI::IsMember({"bedroom", "office", "none"}))
         ->take_all()
         ->allow_extra_args(false);
     app->add_option("--views", o.views_count, "Frames scored of each synthetic room (default 13 and 12, as the paper)")

@@ -74,7 +74,7 @@ struct StudyOptions {
   std::string crf = "default";   // of the 3D CRF: default | paper | FILE.toml
   std::string mode = "640x480";  // of the synthetic rooms
   int frames_count = 300;        // of each synthetic room
-  std::vector<std::string> rooms = {"bedroom", "office"};  // the synthetic ones
+  std::vector<std::string> rooms = {"bedroom", "office"};  // the synthetic ones, or none
   int views_count = 0;           // frames scored of each synthetic room; 0: the paper's 13 and 12
   bool is_json = false;
   std::string command;  // the whole command line, for the report

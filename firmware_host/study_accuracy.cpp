@@ -108,10 +108,12 @@ rt::Result<std::string> study_accuracy(const StudyOptions& options) {
                            {"cells", study->cells.size()},
                            {"methods", scores_json(scores)}};
   }
-  text += "The synthetic rooms together, " + std::to_string(synthetic_views) + " frames, beside the paper's 25\n" +
-          beside_paper(synthetic);
+  if (synthetic_sets > 0)
+    text += "The synthetic rooms together, " + std::to_string(synthetic_views) + " frames, beside the paper's 25\n" +
+            beside_paper(synthetic);
   for (const std::string& remark : sets->remarks) text += remark + "\n";
-  json_sets["synthetic"] = {{"frames_scored", synthetic_views}, {"methods", scores_json(synthetic)}};
+  if (synthetic_sets > 0)
+    json_sets["synthetic"] = {{"frames_scored", synthetic_views}, {"methods", scores_json(synthetic)}};
 
   nlohmann::json paper = nlohmann::json::object();
   for (const PaperRow& one : kPaperTable)
@@ -127,7 +129,8 @@ rt::Result<std::string> study_accuracy(const StudyOptions& options) {
                                     {"left_out", sets->remarks},
                                     {"revision", revision()}});
   if (!options.out.empty()) {
-    if (auto wrote = synthetic_grid.write(options.out / "grid_synthetic.png"); !wrote) return wrote.error();
+    if (synthetic_sets > 0)
+      if (auto wrote = synthetic_grid.write(options.out / "grid_synthetic.png"); !wrote) return wrote.error();
     if (auto wrote = write_file(options.out / "accuracy.json", json); !wrote) return wrote.error();
     text += "Pictures (grid_*.png) and accuracy.json are in " + options.out.string() + "\n";
   }

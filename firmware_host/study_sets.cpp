@@ -44,6 +44,7 @@ rt::Result<StudySets> study_sets(const StudyOptions& options) {
   if (!crf) return crf.error();
   StudySets sets;
   for (const std::string& room : options.rooms) {
+    if (room == "none") continue;
     const int usual_count = room == "bedroom" ? kBedroomViews : kOfficeViews;
     sets.sets.push_back(
         synthetic(options, *settings, room, options.views_count > 0 ? options.views_count : usual_count));
@@ -75,6 +76,9 @@ rt::Result<StudySets> study_sets(const StudyOptions& options) {
     set.has_exact_truth = one.has_exact_truth;
     sets.sets.push_back(std::move(set));
   }
+  if (sets.sets.empty())
+    return rt::Error{rt::ExitCode::bad_usage, "There is nothing to study: no room was asked for and no recording found; "
+                                              "name a folder of recordings with --data DIR."};
   for (StudySet& set : sets.sets) set.request.crf = *crf;
   return sets;
 }

@@ -165,6 +165,7 @@ TEST(Study, BadUsageIsOneSentence) {
                  "absent.toml");
   expect_failure(study({"accuracy", "--out", folder.write("a_file", "").string()}, folder.path(), 2), 1, "a_file");
   expect_failure(study({"happiness"}, folder.path(), 2), 2, "subcommand");
+  expect_failure(study({"errors", "--room", "none"}, folder.path(), 2), 2, "--data");
   expect_failure(study({"accuracy", "--room", "cellar"}, folder.path(), 2), 2, "cellar");
 }
 
