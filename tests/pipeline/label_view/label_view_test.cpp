@@ -30,7 +30,8 @@ TEST(LabelView, ARayThroughAPixelIsSeenInThatPixel) {
       const Vec3d world = sut.T_world_camera.translation + ray_of(sut, u, v) * 2.0;
       const Vec3d p = rig.T_color_depth * (T_world_depth.inverse() * world);
       EXPECT_NEAR(p.z, 2, 1e-9);
-      const Normalized seen = distort(rig.color, {static_cast<float>(p.x / p.z), static_cast<float>(p.y / p.z)});
+      const Normalized seen =
+          distort(rig.color, {static_cast<float>(p.x / p.z), static_cast<float>(p.y / p.z)});
       EXPECT_NEAR(static_cast<double>(seen.x) * rig.color.fx + rig.color.cx, u, 0.01);
       EXPECT_NEAR(static_cast<double>(seen.y) * rig.color.fy + rig.color.cy, v, 0.01);
     }
@@ -50,7 +51,8 @@ TEST(LabelView, ExactLabelsComeBackFromScoresWhereTheGridHasRoom) {
   hal::Intrinsics camera{kWidth, kHeight, 50, 50, 31.5, 23.5, 0, 0, 0, 0, 0};
   std::vector<MaterialId> labels(kWidth * kHeight, 22), seen(labels.size());
   for (int v = 0; v < kHeight; ++v)
-    for (int u = 32; u < kWidth; ++u) labels[static_cast<std::size_t>(v * kWidth + u)] = v < 24 ? 3 : kUnknownMaterial;
+    for (int u = 32; u < kWidth; ++u)
+      labels[static_cast<std::size_t>(v * kWidth + u)] = v < 24 ? 3 : kUnknownMaterial;
   std::vector<std::uint8_t> memory(16 * 12 * kMaterialCount);
   segment::MaterialScores scores{16, 12, memory, {}, {}};
   scores_of_labels(labels, camera, scores);

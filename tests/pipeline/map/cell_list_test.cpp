@@ -24,7 +24,8 @@ TEST(CellList, APointsCellIsThatOfItsNearestVoxel) {
     const auto cell = [](float metres) {
       return static_cast<int>(std::floor(std::floor(metres * (1.0f / 0.01f) + 0.5f) / kCellSide));
     };
-    EXPECT_EQ(grid_of(cell_at(p, 0.01f)), (Vec3<int>{cell(p.x), cell(p.y), cell(p.z)})) << p.x << " " << p.y << " " << p.z;
+    EXPECT_EQ(grid_of(cell_at(p, 0.01f)), (Vec3<int>{cell(p.x), cell(p.y), cell(p.z)}))
+        << p.x << " " << p.y << " " << p.z;
   }
 }
 
@@ -62,7 +63,8 @@ TEST(CellList, AFlatSurfaceIsListedOnceWithItsPlaceColourAndLabel) {
 
   std::vector<SurfaceCell> cells(count_surface_cells(sut));
   ASSERT_EQ(gather_surface_cells(sut, cells), cells.size());
-  ASSERT_GE(cells.size(), 2u * 16) << "a layer of 4 x 4 cells in each block, and what else touches the surface";
+  ASSERT_GE(cells.size(), 2u * 16)
+      << "a layer of 4 x 4 cells in each block, and what else touches the surface";
   EXPECT_TRUE(std::is_sorted(cells.begin(), cells.end(),
                              [](const auto& a, const auto& b) { return a.address < b.address; }));
   std::size_t labelled_count = 0;
@@ -71,7 +73,8 @@ TEST(CellList, AFlatSurfaceIsListedOnceWithItsPlaceColourAndLabel) {
     EXPECT_NEAR(cell.normal_world.y, 1, 1e-4);
     EXPECT_EQ(cell.color.r, cell.address.cell);
     const Vec3<int> grid = grid_of(cell.address);
-    EXPECT_NEAR(cell.position_world_m.x, (static_cast<float>(grid.x * kCellSide) + 0.5f) * config.voxel_size_m, 1e-5);
+    EXPECT_NEAR(cell.position_world_m.x,
+                (static_cast<float>(grid.x * kCellSide) + 0.5f) * config.voxel_size_m, 1e-5);
     EXPECT_EQ(label::best(cell.word), grid.x < kBlockCellSide ? 22 : kUnknownMaterial);
     labelled_count += cell.word != 0 ? 1u : 0u;
   }
