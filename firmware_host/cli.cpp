@@ -44,7 +44,8 @@ void add_profile(CLI::App& app, std::string& profile, std::vector<std::string>& 
 }
 
 void add_crf(CLI::App& app, std::string& crf) {
-  app.add_option("--crf", crf, "Parameters of the 3D CRF: the product's, those of the paper's authors, or a TOML file")
+  app.add_option("--crf", crf,
+                 "Parameters of the 3D CRF: the product's, those of the paper's authors, or a TOML file")
       ->type_name("default|paper|FILE.toml")
       ->capture_default_str();
 }
@@ -93,18 +94,22 @@ void add_run(CLI::App& root, const PipelineCommands& pipeline, RunOptions& o, Co
   app->callback([&] { command = [&] { return pipeline.run(o); }; });
 }
 
-void add_eval_labels(CLI::App& eval, const PipelineCommands& pipeline, EvalLabelsOptions& o, Command& command) {
+void add_eval_labels(CLI::App& eval, const PipelineCommands& pipeline, EvalLabelsOptions& o,
+                     Command& command) {
   CLI::App* app = eval.add_subcommand(
       "labels", "Run a source and score its material labels: network, network + 2D CRF, map, map + 3D CRF");
   app->footer(
-      "Truth is one 8-bit PNG of material ids per colour frame, named as it, 255 where unlabelled. The methods "
+      "Truth is one 8-bit PNG of material ids per colour frame, named as it, 255 where unlabelled. The "
+      "methods "
       "of the\n"
-      "map are its dense ray-cast from the frame's tracked pose once the recording is over; 255, where the map "
+      "map are its dense ray-cast from the frame's tracked pose once the recording is over; 255, where the "
+      "map "
       "has no\n"
       "surface or no label, is a miss. Classes without a pixel of truth are in no mean.\n" +
       std::string(source_help()));
   app->add_option("SOURCE", o.source, "What to run (below)")->required()->type_name("");
-  app->add_option("--truth", o.truth, "Folder of true labels; else the source's own exact ones")->type_name("DIR");
+  app->add_option("--truth", o.truth, "Folder of true labels; else the source's own exact ones")
+      ->type_name("DIR");
   app->add_option("--save-predictions", o.save_predictions,
                   "Folder that receives METHOD/NAME.png, 8-bit material ids, 255 where nothing is known")
       ->type_name("DIR");
@@ -117,9 +122,10 @@ void add_eval_labels(CLI::App& eval, const PipelineCommands& pipeline, EvalLabel
   app->add_option("--gravity", o.gravity,
                   "Direction of gravity in the first depth frame, when the source does not know it")
       ->type_name("X,Y,Z");
-  app->add_option("--every", o.every,
-                  "Score the first frame with truth and every Nth after it (default 12, or 1 when there are at "
-                  "most 24 images)")
+  app->add_option(
+         "--every", o.every,
+         "Score the first frame with truth and every Nth after it (default 12, or 1 when there are at "
+         "most 24 images)")
       ->type_name("N")
       ->check(CLI::Range(1, 1'000'000));
   app->add_flag("--confusion", o.has_confusion, "Print what each material was taken for");
@@ -128,8 +134,8 @@ void add_eval_labels(CLI::App& eval, const PipelineCommands& pipeline, EvalLabel
   app->callback([&] { command = [&] { return pipeline.eval_labels(o); }; });
 }
 
-void add_eval(CLI::App& root, const PipelineCommands& pipeline, EvalTrajectoryOptions& t, EvalSurfaceOptions& s,
-              EvalLabelsOptions& l, Command& command) {
+void add_eval(CLI::App& root, const PipelineCommands& pipeline, EvalTrajectoryOptions& t,
+              EvalSurfaceOptions& s, EvalLabelsOptions& l, Command& command) {
   CLI::App* eval = root.add_subcommand("eval", "Measure a result against the truth");
   eval->require_subcommand(1);
   if (pipeline.eval_labels) add_eval_labels(*eval, pipeline, l, command);
@@ -175,7 +181,8 @@ void add_study(CLI::App& root, const PipelineCommands& pipeline, StudyOptions& o
   const auto add = [&](const char* name, const char* what, const auto& run) {
     CLI::App* app = study->add_subcommand(name, what);
     app->add_option("--out", o.out, "Folder that receives pictures and JSON")->type_name("DIR");
-    app->add_option("--data", o.data, "Folder that may hold bedroom_rendered, kitchen_7scenes, tum_fr1_rpy, hand_labels")
+    app->add_option("--data", o.data,
+                    "Folder that may hold bedroom_rendered, kitchen_7scenes, tum_fr1_rpy, hand_labels")
         ->type_name("DIR");
     app->add_option("--model", o.model, "Network that labels keyframes (.tflite)")->type_name("FILE");
     add_crf(*app, o.crf);
@@ -186,11 +193,12 @@ void add_study(CLI::App& root, const PipelineCommands& pipeline, StudyOptions& o
         ->type_name("N")
         ->check(CLI::Range(1, 100'000))
         ->capture_default_str();
-    app->add_option("--room", o.rooms, "Only this synthetic room; may be repeated")
-        ->check(CLI::IsMember({"bedroom", "office"}))
+    app->add_option("--room", o.rooms, "Only this synthetic room, or none of them; may be repeated")
+        ->check(CLI::IsMember({"bedroom", "office", "none"}))
         ->take_all()
         ->allow_extra_args(false);
-    app->add_option("--views", o.views_count, "Frames scored of each synthetic room (default 13 and 12, as the paper)")
+    app->add_option("--views", o.views_count,
+                    "Frames scored of each synthetic room (default 13 and 12, as the paper)")
         ->type_name("N")
         ->check(CLI::Range(1, 1000));
     add_profile(*app, o.profile, o.settings);
@@ -277,7 +285,8 @@ int run_command_line(int argc, const char* const* argv, const PipelineCommands& 
   if (pipeline.plan) {
     CLI::App* app =
         root.add_subcommand("plan", "Print the memory table: what is planned, how much, for whom and why");
-    app->add_option("SOURCE", plan_options.source, "Take the sizes of its cameras; else 640x480")->type_name("");
+    app->add_option("SOURCE", plan_options.source, "Take the sizes of its cameras; else 640x480")
+        ->type_name("");
     add_profile(*app, plan_options.profile, plan_options.settings);
     add_json(*app, plan_options.is_json);
     app->callback([&] { command = [&] { return pipeline.plan(plan_options); }; });
@@ -294,7 +303,8 @@ int run_command_line(int argc, const char* const* argv, const PipelineCommands& 
         ->type_name("N")
         ->check(CLI::Range(20, 2000))
         ->capture_default_str();
-    app->add_option("--blocks", bench_options.blocks_capacity, "Blocks in the map's pool; else the x86 profile's")
+    app->add_option("--blocks", bench_options.blocks_capacity,
+                    "Blocks in the map's pool; else the x86 profile's")
         ->type_name("N")
         ->check(CLI::Range(8192, 32768));
     add_json(*app, bench_options.is_json);

@@ -10,8 +10,9 @@ namespace tactus::firmware {
 rt::Result<ColorNames> ColorNames::of(const std::string& source) {
   ColorNames names;
   if (source.starts_with("synthetic:")) return names;
-  auto recording = hal::replay::has_seven_scenes_frames(source) ? hal::replay::read_seven_scenes_folder(source)
-                                                                : hal::replay::read_tum_folder(source);
+  auto recording = hal::replay::has_seven_scenes_frames(source)
+                       ? hal::replay::read_seven_scenes_folder(source)
+                       : hal::replay::read_tum_folder(source);
   if (!recording) return recording.error();
   if (!recording->color) return names;
   for (const hal::replay::ListEntry& entry : recording->color->entries)

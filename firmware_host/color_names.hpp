@@ -9,7 +9,8 @@
 
 namespace tactus::firmware {
 
-/// Name without its folder and extension by sequence number of the colour camera: of a recording the files' own
+/// Name without its folder and extension by sequence number of the colour camera: of a recording the files'
+/// own
 /// (`rgb/000012.jpg` is 000012, `frame-000012.color.jpg` is frame-000012.color). Boot.
 class ColorNames {
  public:

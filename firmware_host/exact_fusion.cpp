@@ -24,13 +24,15 @@ void ExactFusion::add(const T_WorldDepth& T_world_depth, std::span<const float> 
   keyframe.scores = scores;
 }
 
-std::vector<float> ExactFusion::unary_nat(std::span<const map::SurfaceCell> cells, const hal::RigCalibration& rig,
-                                          const hal::Intrinsics& half_camera, float voxel_size_m) const {
+std::vector<float> ExactFusion::unary_nat(std::span<const map::SurfaceCell> cells,
+                                          const hal::RigCalibration& rig, const hal::Intrinsics& half_camera,
+                                          float voxel_size_m) const {
   std::vector<double> cost(cells.size() * kMaterialCount);
   MaterialDistribution p{};
   for (const Keyframe& keyframe : keyframes_) {
     segment::MaterialScores scores = keyframe.scores;
-    scores.probability = {const_cast<std::uint8_t*>(keyframe.probability.data()), keyframe.probability.size()};
+    scores.probability = {const_cast<std::uint8_t*>(keyframe.probability.data()),
+                          keyframe.probability.size()};
     const Transform<Depth, World> T_depth_world = keyframe.T_world_depth.inverse();
     for (std::size_t i = 0; i < cells.size(); ++i) {
       const Vec3d at = T_depth_world * cells[i].position_world_m.cast<double>();

@@ -19,10 +19,9 @@ rt::Result<Gravity> find_gravity(const std::string& gravity, const hal::Sensor& 
   if (!gravity.empty()) {
     Vec3d g;
     char end = 0;
-    if (std::sscanf(gravity.c_str(), "%lf,%lf,%lf%c", &g.x, &g.y, &g.z, &end) != 3 ||
-        !(g.norm() > 1e-6) || !std::isfinite(g.norm()))
-      return rt::Error{rt::ExitCode::bad_usage,
-                       "--gravity " + gravity + ": it reads x,y,z, not all zero."};
+    if (std::sscanf(gravity.c_str(), "%lf,%lf,%lf%c", &g.x, &g.y, &g.z, &end) != 3 || !(g.norm() > 1e-6) ||
+        !std::isfinite(g.norm()))
+      return rt::Error{rt::ExitCode::bad_usage, "--gravity " + gravity + ": it reads x,y,z, not all zero."};
     return Gravity{g.normalized(), "command line"};
   }
   if (sensor.gravity_depth) return Gravity{*sensor.gravity_depth, "recording"};
@@ -33,10 +32,11 @@ rt::Result<void> check_depth_size(const std::string& source, const hal::Sensor& 
   if (sensor.calibration.depth.width % 4 != 0 || sensor.calibration.depth.height % 4 != 0 ||
       sensor.calibration.depth.width < 128 || sensor.calibration.depth.width > 960 ||
       sensor.calibration.depth.height < 96 || sensor.calibration.depth.height > 640)
-    return rt::Error{rt::ExitCode::bad_input,
-                     source + ": depth images of " + std::to_string(sensor.calibration.depth.width) +
-                         "x" + std::to_string(sensor.calibration.depth.height) +
-                         " are not supported: both sides must be multiples of 4, the width 128 to 960, the height 96 to 640."};
+    return rt::Error{rt::ExitCode::bad_input, source + ": depth images of " +
+                                                  std::to_string(sensor.calibration.depth.width) + "x" +
+                                                  std::to_string(sensor.calibration.depth.height) +
+                                                  " are not supported: both sides must be multiples of 4, "
+                                                  "the width 128 to 960, the height 96 to 640."};
   return {};
 }
 

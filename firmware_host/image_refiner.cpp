@@ -13,12 +13,16 @@ namespace {
 constexpr float kProbabilityMin = 0.5f / 255;
 
 /// Mean colour of the pixels that a small pixel covers.
-std::array<std::uint8_t, 3> mean_color(std::span<const std::uint8_t> rgb, int width, int u0, int u1, int v0, int v1) {
+std::array<std::uint8_t, 3> mean_color(std::span<const std::uint8_t> rgb, int width, int u0, int u1, int v0,
+                                       int v1) {
   std::array<std::uint32_t, 3> sum{};
   for (int v = v0; v < v1; ++v)
     for (int u = u0; u < u1; ++u)
       for (std::size_t c = 0; c < 3; ++c)
-        sum[c] += rgb[(static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(u)) * 3 + c];
+        sum[c] += rgb[(static_cast<std::size_t>(v) * static_cast<std::size_t>(width) +
+                       static_cast<std::size_t>(u)) *
+                          3 +
+                      c];
   const auto count = static_cast<std::uint32_t>((u1 - u0) * (v1 - v0));
   std::array<std::uint8_t, 3> mean{};
   for (std::size_t c = 0; c < 3; ++c) mean[c] = static_cast<std::uint8_t>((sum[c] + count / 2) / count);
@@ -27,15 +31,17 @@ std::array<std::uint8_t, 3> mean_color(std::span<const std::uint8_t> rgb, int wi
 
 }  // namespace
 
-rt::Result<void> ImageRefiner::refine(const segment::MaterialScores& scores, std::span<const std::uint8_t> rgb, int width,
-                                  int height, std::span<MaterialId> labels) {
+rt::Result<void> ImageRefiner::refine(const segment::MaterialScores& scores,
+                                      std::span<const std::uint8_t> rgb, int width, int height,
+                                      std::span<MaterialId> labels) {
   const int side = std::max(width, height);
   const int small_width = side > kSideMax ? width * kSideMax / side : width,
             small_height = side > kSideMax ? height * kSideMax / side : height;
   const std::size_t count = static_cast<std::size_t>(small_width) * static_cast<std::size_t>(small_height);
   if (!arena_) {
     auto config = label::ImageCrfConfig::for_image(small_width, small_height);
-    config.appearance_vertices_max = 6 * count;  // anything: a network's test images are noisier than photographs
+    config.appearance_vertices_max =
+        6 * count;  // anything: a network's test images are noisier than photographs
     auto arena = rt::Arena::reserve(label::ImageCrf::bytes_needed(config));
     if (!arena) return arena.error();
     arena_.emplace(std::move(*arena));
@@ -62,13 +68,15 @@ rt::Result<void> ImageRefiner::refine(const segment::MaterialScores& scores, std
   if (const rt::Status status = crf_.refine_costs(unary_nat_, small_rgb_, small_width, small_height,
                                                   label::crf_rnn_parameters(small_width), marginals_, report);
       status != rt::Status::ok)
-    return rt::Error{rt::ExitCode::failed, "The 2D CRF cannot take an image of " + std::to_string(width) + "x" +
-                                               std::to_string(height) + " pixels: " + rt::name(status) + "."};
+    return rt::Error{rt::ExitCode::failed, "The 2D CRF cannot take an image of " + std::to_string(width) +
+                                               "x" + std::to_string(height) + " pixels: " + rt::name(status) +
+                                               "."};
   label::most_probable(marginals_, small_labels_);
   for (int v = 0; v < height; ++v)
     for (int u = 0; u < width; ++u)
       labels[static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(u)] =
-          small_labels_[static_cast<std::size_t>(v * small_height / height) * static_cast<std::size_t>(small_width) +
+          small_labels_[static_cast<std::size_t>(v * small_height / height) *
+                            static_cast<std::size_t>(small_width) +
                         static_cast<std::size_t>(u * small_width / width)];
   return {};
 }

@@ -1,4 +1,5 @@
-// The study's baseline in the style of CRF-RNN: a network's answer about one image, refined by the dense 2D CRF.
+// The study's baseline in the style of CRF-RNN: a network's answer about one image, refined by the dense 2D
+// CRF.
 #pragma once
 
 #include <cstdint>
@@ -17,8 +18,8 @@ namespace tactus::firmware {
 class ImageRefiner {
  public:
   /// Most probable material of each pixel of a width x height image, given its colours and the network's
-  /// probabilities. The field itself is solved on at most kSideMax pixels across, as the paper's network input; each
-  /// pixel takes its nearest answer. failed when the image has more detail than the memory holds.
+  /// probabilities. The field itself is solved on at most kSideMax pixels across, as the paper's network
+  /// input; each pixel takes its nearest answer. failed when the image has more detail than the memory holds.
   rt::Result<void> refine(const segment::MaterialScores& scores, std::span<const std::uint8_t> rgb, int width,
                           int height, std::span<MaterialId> labels);
 

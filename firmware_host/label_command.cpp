@@ -30,7 +30,8 @@ rt::Result<std::string> eval_labels(const EvalLabelsOptions& options) {
   request.every = options.every;
   // A folder that cannot be written must not cost a session.
   if (!options.save_predictions.empty())
-    if (auto made = make_prediction_folders(options.save_predictions, request.has_method); !made) return made.error();
+    if (auto made = make_prediction_folders(options.save_predictions, request.has_method); !made)
+      return made.error();
   auto study = study_labels(request);
   if (!study) return study.error();
   if (!options.save_predictions.empty())
@@ -57,18 +58,19 @@ rt::Result<std::string> eval_labels(const EvalLabelsOptions& options) {
                     {"revision", revision()}});
   }
   char line[240];
-  std::snprintf(line, sizeof(line), "%zu frames scored of %llu, labelled by %s; %llu keyframes fused, %zu cells\n",
-                study->views.size(), static_cast<unsigned long long>(study->frames_count), study->network.c_str(),
-                static_cast<unsigned long long>(study->keyframes_fused), study->cells.size());
+  std::snprintf(
+      line, sizeof(line), "%zu frames scored of %llu, labelled by %s; %llu keyframes fused, %zu cells\n",
+      study->views.size(), static_cast<unsigned long long>(study->frames_count), study->network.c_str(),
+      static_cast<unsigned long long>(study->keyframes_fused), study->cells.size());
   std::string text = line;
   if (untracked_count > 0)
     text += std::to_string(untracked_count) +
-            " of the scored frames were not tracked: the map's methods know nothing there, which counts as missed\n";
+            " of the scored frames were not tracked: the map's methods know nothing there, which counts as "
+            "missed\n";
   text += scores_text(scores);
   if (options.has_confusion)
     for (std::size_t m = 0; m < kLabelMethodsCount; ++m)
-      if (scores[m])
-        text += std::string(kLabelMethodNames[m]) + "\n" + confusion_text(scores[m]->pixels.all);
+      if (scores[m]) text += std::string(kLabelMethodNames[m]) + "\n" + confusion_text(scores[m]->pixels.all);
   return text;
 }
 

@@ -28,7 +28,8 @@ CellPoints::CellPoints(std::span<const map::SurfaceCell> cells) {
   }
 }
 
-rt::Result<RefinedCells> refine_cells(const label::CrfPoints& points, const label::CrfParameters& parameters) {
+rt::Result<RefinedCells> refine_cells(const label::CrfPoints& points,
+                                      const label::CrfParameters& parameters) {
   RefinedCells refined;
   if (points.size() == 0) return refined;
   rt::Status status = rt::Status::full;

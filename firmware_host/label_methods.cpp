@@ -23,7 +23,8 @@ std::size_t pixels_count(const hal::Intrinsics& camera) {
   return static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
 }
 
-/// What labels keyframes, asked about single frames: the session's network, or the source's labels in its place.
+/// What labels keyframes, asked about single frames: the session's network, or the source's labels in its
+/// place.
 class FrameLabeller {
  public:
   static rt::Result<std::unique_ptr<FrameLabeller>> of(LabelSession& session) {
@@ -33,7 +34,8 @@ class FrameLabeller {
     const LabelChoice& choice = session.labels();
     const hal::Intrinsics& color = session.sensor().calibration.color;
     if (!choice.from_source) {
-      const segment::SegmenterConfig config{&choice.model->model, &choice.class_map, color.width, color.height};
+      const segment::SegmenterConfig config{&choice.model->model, &choice.class_map, color.width,
+                                            color.height};
       const auto bytes = segment::Segmenter::bytes_needed(config);
       if (!bytes) return bytes.error();
       auto arena = rt::Arena::reserve(*bytes);
@@ -45,12 +47,14 @@ class FrameLabeller {
       width = labeller->network_->scores_width();
       height = labeller->network_->scores_height();
     }
-    labeller->memory_.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * kMaterialCount);
+    labeller->memory_.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) *
+                             kMaterialCount);
     labeller->scores_ = {width, height, labeller->memory_, {}, {}};
     return labeller;
   }
 
-  rt::Result<const segment::MaterialScores*> label(std::uint64_t depth_sequence, std::span<const std::uint8_t> rgb) {
+  rt::Result<const segment::MaterialScores*> label(std::uint64_t depth_sequence,
+                                                   std::span<const std::uint8_t> rgb) {
     if (network_) {
       if (network_->step(rgb, scores_) != rt::Status::ok)
         return rt::Error{rt::ExitCode::failed,
@@ -99,8 +103,8 @@ std::vector<MaterialId> best_labels(std::span<const map::SurfaceCell> cells) {
 }
 
 /// Which cell of the list each pixel of a view sees.
-void find_cells(const map::Reader& reader, const hal::RigCalibration& rig, std::span<const float> true_depth_m,
-                LabelStudy& study, LabelView& view) {
+void find_cells(const map::Reader& reader, const hal::RigCalibration& rig,
+                std::span<const float> true_depth_m, LabelStudy& study, LabelView& view) {
   view.cells.assign(pixels_count(study.camera), kNoCell);
   if (!view.is_tracked) return;
   std::vector<map::CellAddress> hits(view.cells.size());
@@ -119,7 +123,8 @@ void find_cells(const map::Reader& reader, const hal::RigCalibration& rig, std::
   }
 }
 
-void project(std::span<const MaterialId> cell_labels, const LabelView& view, std::vector<MaterialId>& labels) {
+void project(std::span<const MaterialId> cell_labels, const LabelView& view,
+             std::vector<MaterialId>& labels) {
   labels.resize(view.cells.size());
   for (std::size_t i = 0; i < view.cells.size(); ++i)
     labels[i] = view.cells[i] == kNoCell ? kUnknownMaterial : cell_labels[view.cells[i]];
@@ -163,7 +168,8 @@ rt::Result<LabelStudy> study_labels(const LabelStudyRequest& request) {
   hal::Sensor& sensor = session.sensor();
   const hal::RigCalibration& rig = sensor.calibration;
   if (!rig.has_color)
-    return rt::Error{rt::ExitCode::bad_usage, options.source + " has no colour, and labels are scored in its pixels."};
+    return rt::Error{rt::ExitCode::bad_usage,
+                     options.source + " has no colour, and labels are scored in its pixels."};
   auto truth = request.truth.empty() ? LabelTruthImages::of_sensor(options.source, sensor)
                                      : LabelTruthImages::in_folder(request.truth);
   if (!truth) return truth.error();
@@ -206,7 +212,8 @@ rt::Result<LabelStudy> study_labels(const LabelStudyRequest& request) {
     LabelView view{name, frame.depth_sequence, frame.is_tracked, frame.T_world_depth, {}, {}, {}, {}};
     view.rgb.assign(frame.rgb.begin(), frame.rgb.end());
     view.truth.resize(pixels_count(study.camera));
-    if (auto read = truth->read(name, frame.depth_sequence, study.camera.width, study.camera.height, view.truth);
+    if (auto read =
+            truth->read(name, frame.depth_sequence, study.camera.width, study.camera.height, view.truth);
         !read)
       return read;
     if (true_depth) {
@@ -227,7 +234,7 @@ rt::Result<LabelStudy> study_labels(const LabelStudyRequest& request) {
     if (request.has_method[at(LabelMethod::net_crf2d)]) {
       view.labels[at(LabelMethod::net_crf2d)].resize(view.truth.size());
       if (auto refined = image_refiner.refine(**scores, view.rgb, study.camera.width, study.camera.height,
-                                          view.labels[at(LabelMethod::net_crf2d)]);
+                                              view.labels[at(LabelMethod::net_crf2d)]);
           !refined)
         return refined;
     }
@@ -236,10 +243,11 @@ rt::Result<LabelStudy> study_labels(const LabelStudyRequest& request) {
   });
   if (!ran) return ran.error();
   if (study.views.empty())
-    return rt::Error{rt::ExitCode::bad_input,
-                     (request.truth.empty() ? options.source : request.truth.string()) +
-                         ": no colour frame that was played has true labels; label images are PNG files named "
-                         "as the colour frames."};
+    return rt::Error{
+        rt::ExitCode::bad_input,
+        (request.truth.empty() ? options.source : request.truth.string()) +
+            ": no colour frame that was played has true labels; label images are PNG files named "
+            "as the colour frames."};
   const PipelineCounts& counts = session.pipeline().counts();
   study.frames_count = counts.frames_in;
   study.frames_lost = counts.frames_lost;
@@ -256,8 +264,8 @@ rt::Result<LabelStudy> study_labels(const LabelStudyRequest& request) {
   study.cells = cells_of(session.map());
   for (std::size_t v = 0; v < study.views.size(); ++v)
     find_cells(session.pipeline().reader(), rig,
-               true_depths_m.empty() ? std::span<const float>{} : std::span<const float>(true_depths_m[v]), study,
-               study.views[v]);
+               true_depths_m.empty() ? std::span<const float>{} : std::span<const float>(true_depths_m[v]),
+               study, study.views[v]);
   CellPoints points(study.cells);
   if (request.has_exact_fusion)
     points.unary_nat = exact_fusion.unary_nat(study.cells, rig, session.pipeline().spine().half_camera(),
@@ -277,7 +285,8 @@ rt::Result<LabelStudy> study_labels(const LabelStudyRequest& request) {
     options.rule = map::LabelRule::direct;
     auto again = LabelSession::open(options, request.settings);
     if (!again) return again.error();
-    auto replayed = (*again)->run("label, direct mapping", [](const ObservedFrame&) -> rt::Result<void> { return {}; });
+    auto replayed =
+        (*again)->run("label, direct mapping", [](const ObservedFrame&) -> rt::Result<void> { return {}; });
     if (!replayed) return replayed.error();
     const std::vector<map::SurfaceCell> cells = cells_of((*again)->map());
     TACTUS_ASSERT(std::equal(cells.begin(), cells.end(), study.cells.begin(), study.cells.end(),

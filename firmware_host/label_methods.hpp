@@ -47,8 +47,8 @@ inline constexpr std::uint32_t kNoCell = 0xFFFFFFFFu;
 struct LabelStudy {
   hal::Intrinsics camera;  // of every image
   std::vector<LabelView> views;
-  std::vector<map::SurfaceCell> cells;                                        // of the finished map
-  std::array<std::vector<MaterialId>, kLabelMethodsCount> cell_labels;        // of the map's methods
+  std::vector<map::SurfaceCell> cells;                                  // of the finished map
+  std::array<std::vector<MaterialId>, kLabelMethodsCount> cell_labels;  // of the map's methods
   std::vector<MaterialId> cell_truth;  // what most of the pixels that hit the cell are; 255 where none does
   std::string network;                 // what labelled
   std::string description;             // of the source
@@ -61,24 +61,26 @@ struct LabelStudy {
 struct LabelStudyRequest {
   LabelSessionOptions session;
   RunSettings settings;
-  std::filesystem::path truth;    // folder; empty: the source's own
-  std::uint64_t every = 0;        // of the frames with truth, the first and every so manyth; 0: chosen, see views_every()
+  std::filesystem::path truth;  // folder; empty: the source's own
+  std::uint64_t every =
+      0;  // of the frames with truth, the first and every so manyth; 0: chosen, see views_every()
   std::uint64_t first_frame = 0;  // depth sequence of the first scored frame
   std::uint64_t views_max = 0;    // 0: no limit
   std::array<bool, kLabelMethodsCount> has_method = {true, true, true, true, true};
   label::CrfParameters crf = label::default_crf_parameters();
   // For attributing errors; both need cameras that share pixels.
-  bool has_exact_fusion = false;   // float64 and all materials instead of the compact cells
-  bool has_true_geometry = false;  // pixels ask for the map nearest to their true point instead of casting a ray
+  bool has_exact_fusion = false;  // float64 and all materials instead of the compact cells
+  bool has_true_geometry =
+      false;  // pixels ask for the map nearest to their true point instead of casting a ray
 };
 
 /// 12, the paper's rhythm of keyframes; 1 where the truth is a handful of images.
 [[nodiscard]] std::uint64_t views_every(std::uint64_t asked, std::size_t truth_images_count);
 
-/// Runs the pipeline over the source in lockstep (twice with `direct`: labels never feed the geometry, so both maps
-/// have the same cells) and labels each chosen frame by every method. The methods of the map are its dense ray-cast
-/// from the frame's tracked pose when the recording is over, as the paper projects its finished model. Errors as
-/// LabelSession and LabelTruthImages; bad_input when no frame has truth.
+/// Runs the pipeline over the source in lockstep (twice with `direct`: labels never feed the geometry, so
+/// both maps have the same cells) and labels each chosen frame by every method. The methods of the map are
+/// its dense ray-cast from the frame's tracked pose when the recording is over, as the paper projects its
+/// finished model. Errors as LabelSession and LabelTruthImages; bad_input when no frame has truth.
 rt::Result<LabelStudy> study_labels(const LabelStudyRequest& request);
 
 }  // namespace tactus::firmware

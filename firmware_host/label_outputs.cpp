@@ -17,7 +17,8 @@ rt::Result<void> make_prediction_folders(const std::filesystem::path& folder,
     std::error_code error;
     std::filesystem::create_directories(path, error);
     if (error)
-      return rt::Error{rt::ExitCode::failed, path.string() + ": the folder cannot be made: " + error.message() + "."};
+      return rt::Error{rt::ExitCode::failed,
+                       path.string() + ": the folder cannot be made: " + error.message() + "."};
   }
   return {};
 }
@@ -27,7 +28,8 @@ rt::Result<void> save_predictions(const std::filesystem::path& folder, const Lab
     for (std::size_t m = 0; m < kLabelMethodsCount; ++m) {
       if (view.labels[m].empty()) continue;
       const auto path = folder / kLabelMethodNames[m] / (view.name + ".png");
-      if (auto wrote = hal::replay::write_label_png(path, view.labels[m], study.camera.width, study.camera.height);
+      if (auto wrote =
+              hal::replay::write_label_png(path, view.labels[m], study.camera.width, study.camera.height);
           !wrote)
         return wrote;
     }
@@ -47,7 +49,8 @@ rt::Result<void> save_points(const std::filesystem::path& file, std::span<const 
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const Vec3f &p = points.position_m[i], &n = points.normal[i];
     const std::array<float, 6> place = {p.x, p.y, p.z, n.x, n.y, n.z};
-    const std::array<std::uint8_t, 4> look = {points.color[i].r, points.color[i].g, points.color[i].b, truth[i]};
+    const std::array<std::uint8_t, 4> look = {points.color[i].r, points.color[i].g, points.color[i].b,
+                                              truth[i]};
     out->write(place.data(), sizeof(place));
     out->write(look.data(), sizeof(look));
     out->write(&points.unary_nat[i * kMaterialCount], sizeof(float) * kMaterialCount);

@@ -60,7 +60,8 @@ void MethodScores::add(const MethodScores& other) {
 StudyScores score(const LabelStudy& study, int band_radius_px) {
   StudyScores scores;
   for (std::size_t m = 0; m < kLabelMethodsCount; ++m)
-    if (std::any_of(study.views.begin(), study.views.end(), [&](const LabelView& v) { return !v.labels[m].empty(); }))
+    if (std::any_of(study.views.begin(), study.views.end(),
+                    [&](const LabelView& v) { return !v.labels[m].empty(); }))
       scores[m].emplace();
   score_images(study, band_radius_px, scores);
   score_cells(study, scores);

@@ -84,9 +84,10 @@ rt::Result<std::unique_ptr<LabelSession>> LabelSession::open(const LabelSessionO
   auto labels = choose_labels(options.source, options.model, settings, opened);
   if (!labels) return labels.error();
   if (!labels->model && !labels->from_source)
-    return rt::Error{rt::ExitCode::bad_usage,
-                     options.source + ": there are no labels to measure. " +
-                         (labels->remark.empty() ? "Name a network with --model FILE.tflite." : labels->remark)};
+    return rt::Error{
+        rt::ExitCode::bad_usage,
+        options.source + ": there are no labels to measure. " +
+            (labels->remark.empty() ? "Name a network with --model FILE.tflite." : labels->remark)};
   session->labels_ = std::move(*labels);
 
   PipelineSetup setup;
@@ -122,6 +123,7 @@ rt::Result<void> LabelSession::run(const std::string& what,
   const rt::Clock clock = rt::Clock::monotonic();
   Progress progress(what, sensor_.frames_count, clock);
   std::uint64_t frames_count = 0;
+  // Relaxed: the flag carries no data, and a frame more or less before it is seen does not matter.
   while (!interrupted.load(std::memory_order_relaxed)) {
     const rt::Status captured = pipeline_->capture_round(clock);
     if (captured == rt::Status::end_of_stream || captured == rt::Status::device_lost) break;

@@ -27,8 +27,8 @@ struct LabelSessionOptions {
   std::filesystem::path model;  // as `tactus run --model`
   map::LabelRule rule = map::LabelRule::bayes;
   bool has_true_poses = false;  // instead of tracking
-  bool has_true_depth = false;  // instead of the sensor's; frames without are blank, so those that have some only need
-                                // true poses as well
+  bool has_true_depth = false;  // instead of the sensor's; frames without are blank, so those that have some
+                                // only need true poses as well
 };
 
 /// One frame after the spine took it.
@@ -45,14 +45,14 @@ struct ObservedFrame {
 /// Everything a session holds; not movable, the parts point to each other. One thread.
 class LabelSession {
  public:
-  /// Opens the source and boots the pipeline. Errors as `tactus run`; bad_usage when nothing would be labelled, or when
-  /// truth is asked for that the source does not have. Boot.
+  /// Opens the source and boots the pipeline. Errors as `tactus run`; bad_usage when nothing would be
+  /// labelled, or when truth is asked for that the source does not have. Boot.
   static rt::Result<std::unique_ptr<LabelSession>> open(const LabelSessionOptions& options,
                                                         const RunSettings& settings);
   ~LabelSession();
 
-  /// Runs to the end of the source, or until SIGINT. `what`: for the progress line. The observer may fail, which ends
-  /// the session.
+  /// Runs to the end of the source, or until SIGINT. `what`: for the progress line. The observer may fail,
+  /// which ends the session.
   rt::Result<void> run(const std::string& what,
                        const std::function<rt::Result<void>(const ObservedFrame&)>& observe);
 
@@ -68,7 +68,7 @@ class LabelSession {
 
   std::optional<TrueDepth> exact_;  // read by the sensor's depth camera
   hal::Sensor sensor_;
-  ColorTap* color_tap_ = nullptr;     // owned by sensor_
+  ColorTap* color_tap_ = nullptr;  // owned by sensor_
   DepthTap* depth_tap_ = nullptr;
   LabelChoice labels_;
   rt::MemoryPlan plan_;

@@ -37,7 +37,8 @@ std::string metrics_table(const char* title, const StudyScores& scores, const Pi
   if (lines.empty()) return {};
   char heading[240];
   std::snprintf(heading, sizeof(heading),
-                "%s: %llu, of %d materials\n                pixel acc.  mean acc.    mean IU    f.w. IU  predicted, %%\n",
+                "%s: %llu, of %d materials\n                pixel acc.  mean acc.    mean IU    f.w. IU  "
+                "predicted, %%\n",
                 title, static_cast<unsigned long long>(pixels_count), classes_count);
   return heading + lines;
 }
@@ -47,14 +48,17 @@ std::string metrics_table(const char* title, const StudyScores& scores, const Pi
 std::string scores_text(const StudyScores& scores) {
   std::string text = metrics_table("All pixels with a known truth", scores,
                                    [](const MethodScores& s) { return s.pixels.all; });
-  text += metrics_table("Pixels that every method labels", scores, [](const MethodScores& s) { return s.common; });
+  text += metrics_table("Pixels that every method labels", scores,
+                        [](const MethodScores& s) { return s.common; });
   text += metrics_table("Pixels near a boundary of the truth", scores,
                         [](const MethodScores& s) { return s.pixels.band; });
-  text += metrics_table("Pixels away from boundaries", scores, [](const MethodScores& s) { return s.pixels.inside; });
+  text += metrics_table("Pixels away from boundaries", scores,
+                        [](const MethodScores& s) { return s.pixels.inside; });
   text += metrics_table("Cells of the map seen by a scored frame", scores,
                         [](const MethodScores& s) { return s.cells; });
-  text += "Small wrong islands (fewer than 50), and cells wrong within 3 voxels of a boundary of the truth\n"
-          "                  in images   pixels in   in the map    cells in  wrong near, %\n";
+  text +=
+      "Small wrong islands (fewer than 50), and cells wrong within 3 voxels of a boundary of the truth\n"
+      "                  in images   pixels in   in the map    cells in  wrong near, %\n";
   for (std::size_t m = 0; m < kLabelMethodsCount; ++m) {
     if (!scores[m]) continue;
     const MethodScores& s = *scores[m];

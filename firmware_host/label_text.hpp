@@ -9,12 +9,14 @@
 
 namespace tactus::firmware {
 
-/// One line per method under a heading: the four metrics in per cent, over all pixels, over those that every method
-/// labels, in the band around the truth's boundaries and away from it; then islands, and the cells of the map.
+/// One line per method under a heading: the four metrics in per cent, over all pixels, over those that every
+/// method labels, in the band around the truth's boundaries and away from it; then islands, and the cells of
+/// the map.
 std::string scores_text(const StudyScores& scores);
 nlohmann::json scores_json(const StudyScores& scores);
 
-/// The materials whose truth has pixels, a row each, in per cent of the row; columns are what they were taken for.
+/// The materials whose truth has pixels, a row each, in per cent of the row; columns are what they were taken
+/// for.
 std::string confusion_text(const evaluate::ConfusionMatrix& confusion);
 
 }  // namespace tactus::firmware

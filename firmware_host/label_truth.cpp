@@ -14,10 +14,12 @@ rt::Result<LabelTruthImages> LabelTruthImages::in_folder(const std::filesystem::
   for (const auto& entry : std::filesystem::directory_iterator(folder, error))
     if (entry.path().extension() == ".png") ++truth.images_count_;
   if (error)
-    return rt::Error{rt::ExitCode::bad_input,
-                     folder.string() + ": the folder of true labels cannot be read: " + error.message() + "."};
+    return rt::Error{
+        rt::ExitCode::bad_input,
+        folder.string() + ": the folder of true labels cannot be read: " + error.message() + "."};
   if (truth.images_count_ == 0)
-    return rt::Error{rt::ExitCode::bad_input, folder.string() + ": there is no PNG file of true labels in it."};
+    return rt::Error{rt::ExitCode::bad_input,
+                     folder.string() + ": there is no PNG file of true labels in it."};
   return truth;
 }
 
@@ -26,9 +28,11 @@ rt::Result<LabelTruthImages> LabelTruthImages::of_sensor(const std::string& sour
     return rt::Error{rt::ExitCode::bad_usage,
                      source + " does not know its labels: name a folder of label images with --truth DIR."};
   if (sensor.calibration.has_color && !sensor.calibration.registered)
-    return rt::Error{rt::ExitCode::bad_usage,
-                     source + " knows its labels in the depth camera's pixels and colour comes from another camera: "
-                              "name a folder of label images with --truth DIR."};
+    return rt::Error{
+        rt::ExitCode::bad_usage,
+        source +
+            " knows its labels in the depth camera's pixels and colour comes from another camera: "
+            "name a folder of label images with --truth DIR."};
   LabelTruthImages truth;
   truth.sensor_labels_ = sensor.labels.get();
   return truth;
@@ -43,18 +47,18 @@ rt::Result<void> LabelTruthImages::read(const std::string& name, std::uint64_t d
                                         int height, std::span<MaterialId> ids) const {
   if (sensor_labels_ != nullptr) {
     if (sensor_labels_->read(depth_sequence, ids) != rt::Status::ok)
-      return rt::Error{rt::ExitCode::bad_input,
-                       "The source's own labels of frame " + std::to_string(depth_sequence) + " cannot be read."};
+      return rt::Error{rt::ExitCode::bad_input, "The source's own labels of frame " +
+                                                    std::to_string(depth_sequence) + " cannot be read."};
   } else {
     const auto path = folder_ / (name + ".png");
     std::string bytes;
-    if (auto read = hal::replay::read_file(path, hal::replay::kImageBytesMax, bytes); !read) return read.error();
+    if (auto read = hal::replay::read_file(path, hal::replay::kImageBytesMax, bytes); !read)
+      return read.error();
     if (const std::string fault = hal::replay::decode_label(bytes, width, height, ids); !fault.empty())
       return rt::Error{rt::ExitCode::bad_input, path.string() + ": " + fault};
   }
-  const auto wrong = std::find_if(ids.begin(), ids.end(), [](MaterialId id) {
-    return id >= kMaterialCount && id != kUnknownMaterial;
-  });
+  const auto wrong = std::find_if(
+      ids.begin(), ids.end(), [](MaterialId id) { return id >= kMaterialCount && id != kUnknownMaterial; });
   if (wrong != ids.end())
     return rt::Error{rt::ExitCode::bad_input,
                      (sensor_labels_ != nullptr ? "frame " + name : (folder_ / (name + ".png")).string()) +

@@ -60,7 +60,7 @@ struct EvalLabelsOptions {
   FrameRange frames;
   std::string crf = "default";  // of the 3D CRF: default | paper | FILE.toml
   std::uint64_t every = 0;      // of the frames with truth; 0: chosen by how many there are
-  bool has_confusion = false;  // the tables of what was taken for what
+  bool has_confusion = false;   // the tables of what was taken for what
   bool is_json = false;
 };
 
@@ -71,11 +71,11 @@ struct StudyOptions {
   std::filesystem::path model;  // .tflite; empty: as `tactus run` chooses a network
   std::string profile = "x86";
   std::vector<std::string> settings;
-  std::string crf = "default";   // of the 3D CRF: default | paper | FILE.toml
-  std::string mode = "640x480";  // of the synthetic rooms
-  int frames_count = 300;        // of each synthetic room
-  std::vector<std::string> rooms = {"bedroom", "office"};  // the synthetic ones
-  int views_count = 0;           // frames scored of each synthetic room; 0: the paper's 13 and 12
+  std::string crf = "default";                             // of the 3D CRF: default | paper | FILE.toml
+  std::string mode = "640x480";                            // of the synthetic rooms
+  int frames_count = 300;                                  // of each synthetic room
+  std::vector<std::string> rooms = {"bedroom", "office"};  // the synthetic ones, or none
+  int views_count = 0;  // frames scored of each synthetic room; 0: the paper's 13 and 12
   bool is_json = false;
   std::string command;  // the whole command line, for the report
 };

@@ -13,8 +13,8 @@ struct PaperRow {
   std::array<double, 4> percent;  // pixel accuracy, mean accuracy, mean IU, frequency-weighted IU
 };
 
-/// Chen et al. 2018: 25 key-frames of a real office and bedroom, their network, their manual labels. Another set than
-/// any of ours: what compares are the order of the methods and the steps between them.
+/// Chen et al. 2018: 25 key-frames of a real office and bedroom, their network, their manual labels. Another
+/// set than any of ours: what compares are the order of the methods and the steps between them.
 inline constexpr std::array<PaperRow, 4> kPaperTable = {
     {{LabelMethod::net, "FCN", {81.61, 63.69, 49.54, 76.16}},
      {LabelMethod::net_crf2d, "CRF-RNN", {85.68, 51.73, 41.32, 79.76}},

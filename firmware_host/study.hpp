@@ -8,7 +8,8 @@
 
 namespace tactus::firmware {
 
-/// The four metrics of every method on every set, the paper's rows beside; pictures and accuracy.json in options.out.
+/// The four metrics of every method on every set, the paper's rows beside; pictures and accuracy.json in
+/// options.out.
 rt::Result<std::string> study_accuracy(const StudyOptions& options);
 
 /// What each of the paper's five sources of error costs: every one swapped for the truth in turn.

@@ -22,9 +22,10 @@ std::array<double, 4> percents(const LabelMetrics& m) {
 
 std::string row(const std::string& name, const std::array<double, 4>& v, bool has_sign) {
   char line[160];
-  std::snprintf(line, sizeof(line), has_sign ? "  %-34s %+10.2f %+10.2f %+10.2f %+10.2f\n"
-                                             : "  %-34s %10.2f %10.2f %10.2f %10.2f\n",
-                name.c_str(), v[0], v[1], v[2], v[3]);
+  std::snprintf(
+      line, sizeof(line),
+      has_sign ? "  %-34s %+10.2f %+10.2f %+10.2f %+10.2f\n" : "  %-34s %10.2f %10.2f %10.2f %10.2f\n",
+      name.c_str(), v[0], v[1], v[2], v[3]);
   return line;
 }
 
@@ -94,24 +95,23 @@ rt::Result<std::string> study_accuracy(const StudyOptions& options) {
       if (auto wrote = grid.write(options.out / ("grid_" + set.name + ".png")); !wrote) return wrote.error();
     }
     char line[240];
-    std::snprintf(line, sizeof(line), "%s: %zu frames of %llu, %s, labelled by %s; %llu frames lost\n", set.name.c_str(),
-                  study->views.size(), static_cast<unsigned long long>(study->frames_count),
+    std::snprintf(line, sizeof(line), "%s: %zu frames of %llu, %s, labelled by %s; %llu frames lost\n",
+                  set.name.c_str(), study->views.size(), static_cast<unsigned long long>(study->frames_count),
                   set.has_exact_truth ? "exact truth" : "truth drawn by hand", study->network.c_str(),
                   static_cast<unsigned long long>(study->frames_lost));
     text += line + scores_text(scores) + (set.has_exact_truth ? beside_paper(scores) : std::string()) + "\n";
-    json_sets[set.name] = {{"source", set.request.session.source},
-                           {"network", study->network},
-                           {"frames_scored", study->views.size()},
-                           {"frames_in", study->frames_count},
-                           {"frames_lost", study->frames_lost},
-                           {"keyframes_fused", study->keyframes_fused},
-                           {"cells", study->cells.size()},
-                           {"methods", scores_json(scores)}};
+    json_sets[set.name] = {
+        {"source", set.request.session.source}, {"network", study->network},
+        {"frames_scored", study->views.size()}, {"frames_in", study->frames_count},
+        {"frames_lost", study->frames_lost},    {"keyframes_fused", study->keyframes_fused},
+        {"cells", study->cells.size()},         {"methods", scores_json(scores)}};
   }
-  text += "The synthetic rooms together, " + std::to_string(synthetic_views) + " frames, beside the paper's 25\n" +
-          beside_paper(synthetic);
+  if (synthetic_sets > 0)
+    text += "The synthetic rooms together, " + std::to_string(synthetic_views) +
+            " frames, beside the paper's 25\n" + beside_paper(synthetic);
   for (const std::string& remark : sets->remarks) text += remark + "\n";
-  json_sets["synthetic"] = {{"frames_scored", synthetic_views}, {"methods", scores_json(synthetic)}};
+  if (synthetic_sets > 0)
+    json_sets["synthetic"] = {{"frames_scored", synthetic_views}, {"methods", scores_json(synthetic)}};
 
   nlohmann::json paper = nlohmann::json::object();
   for (const PaperRow& one : kPaperTable)
@@ -127,7 +127,8 @@ rt::Result<std::string> study_accuracy(const StudyOptions& options) {
                                     {"left_out", sets->remarks},
                                     {"revision", revision()}});
   if (!options.out.empty()) {
-    if (auto wrote = synthetic_grid.write(options.out / "grid_synthetic.png"); !wrote) return wrote.error();
+    if (synthetic_sets > 0)
+      if (auto wrote = synthetic_grid.write(options.out / "grid_synthetic.png"); !wrote) return wrote.error();
     if (auto wrote = write_file(options.out / "accuracy.json", json); !wrote) return wrote.error();
     text += "Pictures (grid_*.png) and accuracy.json are in " + options.out.string() + "\n";
   }

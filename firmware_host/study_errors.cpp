@@ -23,8 +23,9 @@ struct Experiment {
   int beside;  // the experiment that differs from this one by its source alone; -1: none
 };
 
-// The paper's five sources of error (sec. V-A). Exact depth is compared at true poses, since better depth also tracks
-// better, and a recording may know the exact depth of some frames only, too far apart to be tracked.
+// The paper's five sources of error (sec. V-A). Exact depth is compared at true poses, since better depth
+// also tracks better, and a recording may know the exact depth of some frames only, too far apart to be
+// tracked.
 constexpr std::array<Experiment, 7> kExperiments = {{
     {"as_is", "everything as it is", {}, -1},
     {"tracking", "1 tracking: true poses", {.poses = true}, 0},
@@ -32,7 +33,10 @@ constexpr std::array<Experiment, 7> kExperiments = {{
     {"segmentation", "3 segmentation: true labels for the network's", {.labels = true}, 0},
     {"fusion", "4 2D-3D fusion: float64, all materials", {.fusion = true}, 0},
     {"ray_cast", "5 ray-cast: points of the true surface", {.geometry = true}, 0},
-    {"all_true", "all five", {.poses = true, .depth = true, .labels = true, .fusion = true, .geometry = true}, 0},
+    {"all_true",
+     "all five",
+     {.poses = true, .depth = true, .labels = true, .fusion = true, .geometry = true},
+     0},
 }};
 
 double mean_iu(const StudyScores& scores, LabelMethod method) {
@@ -71,7 +75,8 @@ rt::Result<std::string> study_errors(const StudyOptions& options) {
       char line[200];
       nlohmann::json one = {{"mean_iu_fused", iu[e][0] / 100}, {"mean_iu_fused_crf3d", iu[e][1] / 100}};
       if (experiment.beside < 0) {
-        std::snprintf(line, sizeof(line), "  %-46s %8.2f          %11.2f\n", experiment.what, iu[e][0], iu[e][1]);
+        std::snprintf(line, sizeof(line), "  %-46s %8.2f          %11.2f\n", experiment.what, iu[e][0],
+                      iu[e][1]);
       } else {
         const auto& before = iu[static_cast<std::size_t>(experiment.beside)];
         std::snprintf(line, sizeof(line), "  %-46s %8.2f %+8.2f %12.2f %+8.2f\n", experiment.what, iu[e][0],
@@ -86,9 +91,12 @@ rt::Result<std::string> study_errors(const StudyOptions& options) {
     text += "\n";
   }
   text +=
-      "A source costs what swapping it for the truth gains; 2 is compared with 1, the others with the first line. True\n"
-      "labels come on a 160 x 120 grid with 0.9 of certainty. A rendered bedroom knows the exact depth of one frame in\n"
-      "12, so its map of line 2 is made of those alone. What \"all five\" leaves is the grid of labels and of cells.\n";
+      "A source costs what swapping it for the truth gains; 2 is compared with 1, the others with the first "
+      "line. True\n"
+      "labels come on a 160 x 120 grid with 0.9 of certainty. A rendered bedroom knows the exact depth of "
+      "one frame in\n"
+      "12, so its map of line 2 is made of those alone. What \"all five\" leaves is the grid of labels and "
+      "of cells.\n";
   for (const std::string& remark : sets->remarks) text += remark + "\n";
   const std::string json = to_text({{"command", options.command},
                                     {"sets", json_sets},

@@ -12,8 +12,8 @@ namespace {
 constexpr int kGap_px = 4, kHeading_px = 22, kLegendRow_px = 18, kLegendPerRow = 8;
 constexpr std::array<const char*, StudyGrid::kColumns> kHeadings = {
     "net (FCN)", "net_crf2d (CRF-RNN)", "fused (noCRF)", "fused_crf3d (Ours)", "truth", "image"};
-constexpr std::array<LabelMethod, 4> kColumnMethods = {LabelMethod::net, LabelMethod::net_crf2d, LabelMethod::fused,
-                                                       LabelMethod::fused_crf3d};
+constexpr std::array<LabelMethod, 4> kColumnMethods = {LabelMethod::net, LabelMethod::net_crf2d,
+                                                       LabelMethod::fused, LabelMethod::fused_crf3d};
 constexpr Rgb8 kNothing{0, 0, 0};  // no prediction, no truth
 
 cv::Scalar scalar(Rgb8 color) {
@@ -44,7 +44,8 @@ void StudyGrid::add(const LabelStudy& study, std::size_t rows) {
       tile.width = kTileWidth_px;
       tile.height = tile_height;
       const std::vector<MaterialId>* labels = column == 4 ? &view.truth : nullptr;
-      if (column < kColumnMethods.size()) labels = &view.labels[static_cast<std::size_t>(kColumnMethods[column])];
+      if (column < kColumnMethods.size())
+        labels = &view.labels[static_cast<std::size_t>(kColumnMethods[column])];
       for (int y = 0; y < tile_height; ++y)
         for (int x = 0; x < kTileWidth_px; ++x) {
           const std::size_t p = pixel(x, y);
@@ -64,13 +65,16 @@ void StudyGrid::add(const LabelStudy& study, std::size_t rows) {
 
 rt::Result<void> StudyGrid::write(const std::filesystem::path& file) const {
   const int legend_rows =
-      (static_cast<int>(std::count(occurs_.begin(), occurs_.end(), true)) + kLegendPerRow - 1) / kLegendPerRow;
+      (static_cast<int>(std::count(occurs_.begin(), occurs_.end(), true)) + kLegendPerRow - 1) /
+      kLegendPerRow;
   int height = kHeading_px + legend_rows * kLegendRow_px + kGap_px;
   for (const auto& row : rows_) height += row[0].height + kGap_px;
   const int width = static_cast<int>(kColumns) * (kTileWidth_px + kGap_px) + kGap_px;
-  cv::Mat picture(height, width, CV_8UC3, cv::Scalar(30, 30, 30));  // R, G, B in this order: OpenCV only draws
+  cv::Mat picture(height, width, CV_8UC3,
+                  cv::Scalar(30, 30, 30));  // R, G, B in this order: OpenCV only draws
   for (std::size_t column = 0; column < kColumns; ++column)
-    write_word(picture, kHeadings[column], kGap_px + static_cast<int>(column) * (kTileWidth_px + kGap_px), 15);
+    write_word(picture, kHeadings[column], kGap_px + static_cast<int>(column) * (kTileWidth_px + kGap_px),
+               15);
   int y = kHeading_px;
   for (const auto& row : rows_) {
     for (std::size_t column = 0; column < kColumns; ++column) {
@@ -86,12 +90,14 @@ rt::Result<void> StudyGrid::write(const std::filesystem::path& file) const {
     if (!occurs_[id]) continue;
     const int x = kGap_px + place % kLegendPerRow * (width / kLegendPerRow),
               top = y + place / kLegendPerRow * kLegendRow_px;
-    cv::rectangle(picture, {x, top + 2, 14, 12}, scalar(material_color(static_cast<MaterialId>(id))), cv::FILLED);
+    cv::rectangle(picture, {x, top + 2, 14, 12}, scalar(material_color(static_cast<MaterialId>(id))),
+                  cv::FILLED);
     write_word(picture, std::string(kMaterialNames[id]), x + 20, top + 13);
     ++place;
   }
-  return hal::replay::write_color_png(file, {picture.data, static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 3},
-                                      width, height);
+  return hal::replay::write_color_png(
+      file, {picture.data, static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 3}, width,
+      height);
 }
 
 }  // namespace tactus::firmware

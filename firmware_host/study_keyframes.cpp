@@ -22,9 +22,10 @@ rt::Result<std::string> study_keyframes(const StudyOptions& options) {
   std::string text;
   for (const StudySet& set : sets->sets) {
     if (!set.has_exact_truth) continue;
-    text += set.name +
-            "\n   N  keyframes fused  mean IU, %: fused  fused_crf3d  labelled, %  network + fusion, ms a frame  "
-            "label age p50, ms\n";
+    text +=
+        set.name +
+        "\n   N  keyframes fused  mean IU, %: fused  fused_crf3d  labelled, %  network + fusion, ms a frame  "
+        "label age p50, ms\n";
     for (const std::uint32_t period : kPeriods) {
       LabelStudyRequest request = set.request;
       request.has_method = {false, false, false, true, true};
@@ -32,14 +33,16 @@ rt::Result<std::string> study_keyframes(const StudyOptions& options) {
       const auto study = study_labels(request);
       if (!study) return rt::Error{study.error().code, set.name + ": " + study.error().message};
       const StudyScores scores = score(*study);
-      const auto fused = evaluate::label_metrics(scores[static_cast<std::size_t>(LabelMethod::fused)]->pixels.all),
-                 crf = evaluate::label_metrics(scores[static_cast<std::size_t>(LabelMethod::fused_crf3d)]->pixels.all);
+      const auto fused = evaluate::label_metrics(
+                     scores[static_cast<std::size_t>(LabelMethod::fused)]->pixels.all),
+                 crf = evaluate::label_metrics(
+                     scores[static_cast<std::size_t>(LabelMethod::fused_crf3d)]->pixels.all);
       const double ms_per_frame =
           (study->segment_ms_total + study->fuse_ms_total) / static_cast<double>(study->frames_count);
       char line[200];
       std::snprintf(line, sizeof(line), "  %2u  %15llu  %17.2f  %11.2f  %11.2f  %28.2f  %17.0f\n", period,
-                    static_cast<unsigned long long>(study->keyframes_fused), fused.mean_iu * 100, crf.mean_iu * 100,
-                    fused.predicted_share * 100, ms_per_frame, study->label_age_ms_p50);
+                    static_cast<unsigned long long>(study->keyframes_fused), fused.mean_iu * 100,
+                    crf.mean_iu * 100, fused.predicted_share * 100, ms_per_frame, study->label_age_ms_p50);
       text += line;
       json_sets[set.name].push_back({{"every_frames", period},
                                      {"keyframes_fused", study->keyframes_fused},
@@ -52,9 +55,12 @@ rt::Result<std::string> study_keyframes(const StudyOptions& options) {
     text += "\n";
   }
   text +=
-      "Lockstep: the network answers within its frame. A keyframe's labels take several frames to fuse (a bounded number\n"
-      "of cells a frame), and one that comes meanwhile waits or is replaced: hence fewer are fused than a small N asks\n"
-      "for. The age is that of a keyframe when its labels are in the map. Times are of this machine as it was.\n";
+      "Lockstep: the network answers within its frame. A keyframe's labels take several frames to fuse (a "
+      "bounded number\n"
+      "of cells a frame), and one that comes meanwhile waits or is replaced: hence fewer are fused than a "
+      "small N asks\n"
+      "for. The age is that of a keyframe when its labels are in the map. Times are of this machine as it "
+      "was.\n";
   for (const std::string& remark : sets->remarks) text += remark + "\n";
   const std::string json = to_text({{"command", options.command},
                                     {"sets", json_sets},

@@ -21,11 +21,12 @@ fs::path data_folder(const StudyOptions& options) {
   return {};
 }
 
-StudySet synthetic(const StudyOptions& options, const RunSettings& settings, const std::string& room, int views_count) {
+StudySet synthetic(const StudyOptions& options, const RunSettings& settings, const std::string& room,
+                   int views_count) {
   StudySet set;
   set.name = "synthetic_" + room;
-  set.request.session.source = "synthetic:" + room + "?frames=" + std::to_string(options.frames_count) +
-                               "&mode=" + options.mode;
+  set.request.session.source =
+      "synthetic:" + room + "?frames=" + std::to_string(options.frames_count) + "&mode=" + options.mode;
   set.request.session.model = options.model;
   set.request.settings = settings;
   // Spread evenly, from the first frame on.
@@ -44,6 +45,7 @@ rt::Result<StudySets> study_sets(const StudyOptions& options) {
   if (!crf) return crf.error();
   StudySets sets;
   for (const std::string& room : options.rooms) {
+    if (room == "none") continue;
     const int usual_count = room == "bedroom" ? kBedroomViews : kOfficeViews;
     sets.sets.push_back(
         synthetic(options, *settings, room, options.views_count > 0 ? options.views_count : usual_count));
@@ -52,7 +54,8 @@ rt::Result<StudySets> study_sets(const StudyOptions& options) {
   std::error_code error;
   const fs::path data = data_folder(options);
   if (!options.data.empty() && !fs::is_directory(options.data, error))
-    return rt::Error{rt::ExitCode::bad_input, options.data.string() + ": there is no such folder of recordings."};
+    return rt::Error{rt::ExitCode::bad_input,
+                     options.data.string() + ": there is no such folder of recordings."};
   const struct {
     const char *name, *source, *truth;
     bool has_exact_truth;
@@ -60,10 +63,11 @@ rt::Result<StudySets> study_sets(const StudyOptions& options) {
                 {"kitchen_by_hand", "kitchen_7scenes", "hand_labels/kitchen", false},
                 {"office_by_hand", "tum_fr1_rpy", "hand_labels/office", false}};
   for (const auto& one : beside) {
-    if (data.empty() || !fs::is_directory(data / one.source, error) || !fs::is_directory(data / one.truth, error)) {
+    if (data.empty() || !fs::is_directory(data / one.source, error) ||
+        !fs::is_directory(data / one.truth, error)) {
       sets.remarks.push_back(std::string(one.name) + " was left out: there is no " + one.source + " with " +
-                             one.truth + " in " + (data.empty() ? "a data folder (--data DIR)" : data.string()) +
-                             ".");
+                             one.truth + " in " +
+                             (data.empty() ? "a data folder (--data DIR)" : data.string()) + ".");
       continue;
     }
     StudySet set;
@@ -75,6 +79,10 @@ rt::Result<StudySets> study_sets(const StudyOptions& options) {
     set.has_exact_truth = one.has_exact_truth;
     sets.sets.push_back(std::move(set));
   }
+  if (sets.sets.empty())
+    return rt::Error{rt::ExitCode::bad_usage,
+                     "There is nothing to study: no room was asked for and no recording found; "
+                     "name a folder of recordings with --data DIR."};
   for (StudySet& set : sets.sets) set.request.crf = *crf;
   return sets;
 }
@@ -83,7 +91,8 @@ rt::Result<void> make_study_folder(const std::filesystem::path& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error)
-    return rt::Error{rt::ExitCode::failed, folder.string() + ": the folder cannot be made: " + error.message() + "."};
+    return rt::Error{rt::ExitCode::failed,
+                     folder.string() + ": the folder cannot be made: " + error.message() + "."};
   return {};
 }
 

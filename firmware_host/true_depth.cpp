@@ -56,7 +56,8 @@ rt::Result<TrueDepth> TrueDepth::of(const std::string& source, const hal::RigCal
   if (!std::filesystem::exists(list_file, error))
     return rt::Error{rt::ExitCode::bad_usage, source + " does not know its exact depth (depth_gt.txt)."};
   std::string text;
-  if (auto read = hal::replay::read_file(list_file, hal::replay::kTextBytesMax, text); !read) return read.error();
+  if (auto read = hal::replay::read_file(list_file, hal::replay::kTextBytesMax, text); !read)
+    return read.error();
   const auto list = hal::replay::parse_frame_list(text, list_file.string());
   if (!list) return list.error();
   for (const hal::replay::ListEntry& entry : list->entries)
@@ -65,7 +66,8 @@ rt::Result<TrueDepth> TrueDepth::of(const std::string& source, const hal::RigCal
   return exact;
 }
 
-rt::Result<bool> TrueDepth::read(std::uint64_t depth_sequence, rt::SensorTime time, std::span<float> depth_m) {
+rt::Result<bool> TrueDepth::read(std::uint64_t depth_sequence, rt::SensorTime time,
+                                 std::span<float> depth_m) {
   if (renderer_) {
     renderer_->exact_depth(static_cast<int>(depth_sequence), depth_m);
     for (float& z : depth_m) z = std::isfinite(z) ? z : 0.0f;
@@ -74,7 +76,8 @@ rt::Result<bool> TrueDepth::read(std::uint64_t depth_sequence, rt::SensorTime ti
   const auto found = files_.lower_bound(time.ns - hal::replay::kLabelDistanceMax.ns);
   if (found == files_.end() || found->first > time.ns + hal::replay::kLabelDistanceMax.ns) return false;
   std::string bytes;
-  if (auto read = hal::replay::read_file(found->second, hal::replay::kImageBytesMax, bytes); !read) return read.error();
+  if (auto read = hal::replay::read_file(found->second, hal::replay::kImageBytesMax, bytes); !read)
+    return read.error();
   std::vector<std::uint16_t> raw(depth_m.size());
   if (const std::string fault = hal::replay::decode_depth(bytes, rig_.depth.width, rig_.depth.height, raw);
       !fault.empty())

@@ -40,12 +40,14 @@ void cast_cells(const map::Reader& reader, const PictureCamera& camera, float ra
     for (int u = 0; u < width; ++u, ++pixel) {
       map::SurfacePoint point;
       const bool is_hit = reader.raycast(origin, ray_of(camera, u, v).cast<float>(), range_m_max, point);
-      cells[pixel] = is_hit ? map::cell_at(point.position_world_m, reader.voxel_size_m()) : map::CellAddress{};
+      cells[pixel] =
+          is_hit ? map::cell_at(point.position_world_m, reader.voxel_size_m()) : map::CellAddress{};
       if (!depth_m.empty())
         depth_m[pixel] =
-            is_hit ? static_cast<float>(
-                         (point.position_world_m.cast<double>() - camera.T_world_camera.translation).dot(axis))
-                   : 0.0f;
+            is_hit
+                ? static_cast<float>(
+                      (point.position_world_m.cast<double>() - camera.T_world_camera.translation).dot(axis))
+                : 0.0f;
     }
 }
 
@@ -58,8 +60,8 @@ void nearest_cells(const map::Reader& reader, const PictureCamera& camera, std::
     for (int u = 0; u < camera.intrinsics.width; ++u, ++pixel) {
       cells[pixel] = {};
       if (!(depth_m[pixel] > 0)) continue;
-      const Vec3d p = camera.T_world_camera.translation +
-                      ray_of(camera, u, v) * static_cast<double>(depth_m[pixel]);
+      const Vec3d p =
+          camera.T_world_camera.translation + ray_of(camera, u, v) * static_cast<double>(depth_m[pixel]);
       map::SurfacePoint point;
       if (reader.nearest_surface(p.cast<float>(), point))
         cells[pixel] = map::cell_at(point.position_world_m, reader.voxel_size_m());

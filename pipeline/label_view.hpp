@@ -5,14 +5,14 @@
 #include <span>
 
 #include "hal/calibration.hpp"
-#include "pipeline/map/reader.hpp"
 #include "pipeline/map/cell_list.hpp"
+#include "pipeline/map/reader.hpp"
 #include "pipeline/segment/material_scores.hpp"
 
 namespace tactus {
 
-/// The picture's camera and pose: the colour camera of the rig, lens distortion and all, or the depth camera where both
-/// share pixels or there is no colour.
+/// The picture's camera and pose: the colour camera of the rig, lens distortion and all, or the depth camera
+/// where both share pixels or there is no colour.
 struct PictureCamera {
   hal::Intrinsics intrinsics;
   T_WorldDepth T_world_camera;
@@ -20,7 +20,8 @@ struct PictureCamera {
 [[nodiscard]] PictureCamera picture_camera_at(const T_WorldDepth& T_world_depth,
                                               const hal::RigCalibration& rig) noexcept;
 
-/// Direction in the world of the light that falls on a pixel; not unit: its length along the optical axis is 1.
+/// Direction in the world of the light that falls on a pixel; not unit: its length along the optical axis
+/// is 1.
 [[nodiscard]] Vec3d ray_of(const PictureCamera& camera, int u, int v) noexcept;
 
 /// One ray per pixel, row-major: the cell of the first surface within range_m_max (key kNoKey where there is

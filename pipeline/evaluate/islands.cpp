@@ -56,9 +56,8 @@ IslandCount wrong_islands(std::span<const MaterialId> predicted, std::span<const
 IslandCount wrong_islands(const CellIndex& cells, std::span<const MaterialId> predicted,
                           std::span<const MaterialId> truth, std::size_t members_max) {
   TACTUS_ASSERT(predicted.size() == cells.size() && truth.size() == cells.size());
-  return count_islands(predicted, truth, members_max, [&](std::size_t i, const auto& visit) {
-    cells.for_each_within(i, 3, visit);
-  });
+  return count_islands(predicted, truth, members_max,
+                       [&](std::size_t i, const auto& visit) { cells.for_each_within(i, 3, visit); });
 }
 
 }  // namespace tactus::evaluate

@@ -21,10 +21,9 @@ void mark_boundary_band(std::span<const MaterialId> truth, int width, int height
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
       const MaterialId id = truth[at(x, y)];
-      const bool is_boundary = (x > 0 && truth[at(x - 1, y)] != id) ||
-                               (x + 1 < width && truth[at(x + 1, y)] != id) ||
-                               (y > 0 && truth[at(x, y - 1)] != id) ||
-                               (y + 1 < height && truth[at(x, y + 1)] != id);
+      const bool is_boundary =
+          (x > 0 && truth[at(x - 1, y)] != id) || (x + 1 < width && truth[at(x + 1, y)] != id) ||
+          (y > 0 && truth[at(x, y - 1)] != id) || (y + 1 < height && truth[at(x, y + 1)] != id);
       if (!is_boundary) continue;
       for (int dy = -radius_px; dy <= radius_px; ++dy)
         for (int dx = -radius_px; dx <= radius_px; ++dx) {

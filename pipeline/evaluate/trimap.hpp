@@ -12,8 +12,8 @@ namespace tactus::evaluate {
 inline constexpr int kTrimapRadius_px = 4;
 
 /// A byte per pixel: 1 where a pixel with another id lies within radius_px of it (Euclidean, between pixel
-/// centres), else 0. Unknown (255) counts as an id: the edge of what was labelled is an edge as well. Time: pixels +
-/// boundary pixels * radius_px^2.
+/// centres), else 0. Unknown (255) counts as an id: the edge of what was labelled is an edge as well. Time:
+/// pixels + boundary pixels * radius_px^2.
 void mark_boundary_band(std::span<const MaterialId> truth, int width, int height, int radius_px,
                         std::span<std::uint8_t> band);
 

@@ -4,8 +4,8 @@
 #include <bit>
 #include <cmath>
 
-#include "pipeline/map/surface_cells.hpp"
 #include "pipeline/map/map.hpp"
+#include "pipeline/map/surface_cells.hpp"
 #include "rt/assert.hpp"
 
 namespace tactus::map {

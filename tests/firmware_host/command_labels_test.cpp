@@ -83,12 +83,19 @@ std::vector<MaterialId> read_label(const std::filesystem::path& path) {
 TEST(EvalLabels, ExactLabelsAsTheNetworkComeBackFromTheMap) {
   const test::TemporaryFolder folder;
   const std::filesystem::path truth = recording() / "label";
-  const std::vector<std::string> words = {"eval",   "labels", recording().string(),
-                                          "--truth", truth.string(),
-                                          "--set",  "labels.source=truth",
-                                          "--every", "12",
-                                          "--save-predictions", (folder.path() / "out").string(),
-                                          "--save-points", (folder.path() / "cells.crf").string(),
+  const std::vector<std::string> words = {"eval",
+                                          "labels",
+                                          recording().string(),
+                                          "--truth",
+                                          truth.string(),
+                                          "--set",
+                                          "labels.source=truth",
+                                          "--every",
+                                          "12",
+                                          "--save-predictions",
+                                          (folder.path() / "out").string(),
+                                          "--save-points",
+                                          (folder.path() / "cells.crf").string(),
                                           "--json"};
   const Outcome o = tactus(words);
   ASSERT_EQ(o.code, 0) << o.err;
@@ -131,7 +138,8 @@ TEST(EvalLabels, ExactLabelsAsTheNetworkComeBackFromTheMap) {
   std::size_t agree = 0, with_truth = 0;
   for (std::size_t i = 0; i < points->size(); ++i) {
     const float* unary = &points->unary_nat[i * kMaterialCount];
-    if (points->truth[i] == kUnknownMaterial || *std::max_element(unary, unary + kMaterialCount) == 0) continue;
+    if (points->truth[i] == kUnknownMaterial || *std::max_element(unary, unary + kMaterialCount) == 0)
+      continue;
     ++with_truth;
     agree += std::min_element(unary, unary + kMaterialCount) - unary == points->truth[i] ? 1u : 0u;
     EXPECT_NEAR(points->normal[i].norm(), 1, 1e-4);
@@ -144,8 +152,9 @@ TEST(EvalLabels, ExactLabelsAsTheNetworkComeBackFromTheMap) {
 }
 
 TEST(EvalLabels, TheSourcesOwnTruthEqualsItsFolder) {
-  const std::vector<std::string> words = {"eval", "labels", recording().string(), "--set", "labels.source=truth",
-                                          "--frames", "0:13", "--every", "12", "--json"};
+  const std::vector<std::string> words = {
+      "eval", "labels", recording().string(), "--set", "labels.source=truth", "--frames", "0:13", "--every",
+      "12",   "--json"};
   std::vector<std::string> with_folder = words;
   with_folder.insert(with_folder.end(), {"--truth", (recording() / "label").string()});
   const Outcome own = tactus(words), folder = tactus(with_folder);
@@ -173,9 +182,8 @@ TEST(EvalLabels, ImagesOfCellsEqualTheReadersOwnAnswer) {
   for (int v = 0; v < study->camera.height; v += 3)
     for (int u = 0; u < study->camera.width; u += 3) {
       map::SurfacePoint point;
-      const bool is_hit =
-          (*session)->pipeline().reader().raycast(camera.T_world_camera.translation.cast<float>(),
-                                                  ray_of(camera, u, v).cast<float>(), 10, point);
+      const bool is_hit = (*session)->pipeline().reader().raycast(
+          camera.T_world_camera.translation.cast<float>(), ray_of(camera, u, v).cast<float>(), 10, point);
       const MaterialId expected = is_hit ? point.material : kUnknownMaterial;
       const auto pixel = static_cast<std::size_t>(v * study->camera.width + u);
       hits += is_hit ? 1u : 0u;
@@ -189,7 +197,8 @@ TEST(EvalLabels, BadInputIsOneSentence) {
   const test::TemporaryFolder folder;
   const std::string source = recording().string();
   const auto labels = [&](std::vector<std::string> more) {
-    std::vector<std::string> words = {"eval", "labels", source, "--set", "labels.source=truth", "--frames", "0:2"};
+    std::vector<std::string> words = {"eval",     "labels", source, "--set", "labels.source=truth",
+                                      "--frames", "0:2"};
     words.insert(words.end(), more.begin(), more.end());
     return tactus(words);
   };

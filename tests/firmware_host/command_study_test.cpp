@@ -32,8 +32,8 @@ struct Outcome {
 Outcome study(std::vector<std::string> words, const std::filesystem::path& data, int frames_count) {
   std::vector<std::string> all = {"tactus", "study"};
   all.insert(all.end(), words.begin(), words.end());
-  const std::vector<std::string> rest = {"--mode", "320x240", "--length", std::to_string(frames_count),
-                                         "--data", data.string(), "--set", "labels.source=truth"};
+  const std::vector<std::string> rest = {"--mode", "320x240",     "--length", std::to_string(frames_count),
+                                         "--data", data.string(), "--set",    "labels.source=truth"};
   all.insert(all.end(), rest.begin(), rest.end());
   std::vector<const char*> argv;
   for (const std::string& word : all) argv.push_back(word.c_str());
@@ -56,7 +56,9 @@ Outcome study(std::vector<std::string> words, const std::filesystem::path& data,
   return outcome;
 }
 
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
 
 TEST(StudySets, ScoreAsManyFramesAsThePaperLabelled) {
   const test::TemporaryFolder folder;
@@ -106,7 +108,8 @@ TEST(StudyAccuracy, PutsOurTableBesideThePapersAndWritesTheGrid) {
   EXPECT_GE(height, 5 * 180);
   std::vector<std::uint8_t> rgb(static_cast<std::size_t>(width * height) * 3);
   ASSERT_EQ(hal::replay::decode_color(bytes, width, height, rgb), "");
-  // With exact labels, what the network said looks like the truth in the first row, but for the coarse grid's edges.
+  // With exact labels, what the network said looks like the truth in the first row, but for the coarse grid's
+  // edges.
   const auto pixel = [&](int x, int y) {
     const auto i = static_cast<std::size_t>(y * width + x) * 3;
     return Rgb8{rgb[i], rgb[i + 1], rgb[i + 2]};
@@ -163,8 +166,10 @@ TEST(Study, BadUsageIsOneSentence) {
   expect_failure(study({"accuracy"}, folder.path() / "absent", 2), 3, "absent");
   expect_failure(study({"accuracy", "--crf", (folder.path() / "absent.toml").string()}, folder.path(), 2), 2,
                  "absent.toml");
-  expect_failure(study({"accuracy", "--out", folder.write("a_file", "").string()}, folder.path(), 2), 1, "a_file");
+  expect_failure(study({"accuracy", "--out", folder.write("a_file", "").string()}, folder.path(), 2), 1,
+                 "a_file");
   expect_failure(study({"happiness"}, folder.path(), 2), 2, "subcommand");
+  expect_failure(study({"errors", "--room", "none"}, folder.path(), 2), 2, "--data");
   expect_failure(study({"accuracy", "--room", "cellar"}, folder.path(), 2), 2, "cellar");
 }
 

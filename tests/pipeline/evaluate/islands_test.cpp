@@ -27,7 +27,8 @@ TEST(Islands, HandCountedImage) {
       truth.push_back(x < 6 ? kWood : kFabric);
     }
   const IslandCount all = wrong_islands(predicted, truth, 8, 5);
-  // The wood at (6, 3) touches wood at (5, 4)? No: diagonal. Its 4-neighbours are unknown and fabric: an island.
+  // The wood at (6, 3) touches wood at (5, 4)? No: diagonal. Its 4-neighbours are unknown and fabric: an
+  // island.
   EXPECT_EQ(all.islands_count, 4u);
   EXPECT_EQ(all.members_count, 4u + 1 + 1 + 1);
   EXPECT_EQ(wrong_islands(predicted, truth, 8, 5, 4).islands_count, 3u) << "the square is no longer small";

@@ -17,8 +17,7 @@ TEST(Trimap, StraightEdgeHasABandOfTheRadiusOnEitherSide) {
   for (std::size_t i = 0; i < truth.size(); ++i) truth[i] = i % 12 < 6 ? kWood : kFabric;
   std::vector<std::uint8_t> band(truth.size(), 7);
   mark_boundary_band(truth, 12, 3, 4, band);
-  for (std::size_t i = 0; i < truth.size(); ++i)
-    EXPECT_EQ(band[i], i % 12 >= 2 && i % 12 < 10 ? 1 : 0) << i;
+  for (std::size_t i = 0; i < truth.size(); ++i) EXPECT_EQ(band[i], i % 12 >= 2 && i % 12 < 10 ? 1 : 0) << i;
 }
 
 TEST(Trimap, EqualsLookingAtEveryPairOfPixels) {
@@ -54,7 +53,8 @@ TEST(Trimap, EqualsLookingAtEveryPairOfPixels) {
 
 TEST(Trimap, CountsTheBandApartFromTheRest) {
   const std::vector<MaterialId> truth = {kWood, kWood, kWood, kFabric, kFabric, kFabric, kUnknownMaterial};
-  const std::vector<MaterialId> predicted = {kWood, kFabric, kFabric, kFabric, kUnknownMaterial, kFabric, kWood};
+  const std::vector<MaterialId> predicted = {kWood,   kFabric, kFabric, kFabric, kUnknownMaterial,
+                                             kFabric, kWood};
   const std::vector<std::uint8_t> band = {0, 0, 1, 1, 1, 0, 1};
   TrimapConfusion sut;
   count_pixels(truth, predicted, band, sut);
