@@ -92,6 +92,7 @@ rt::Result<std::unique_ptr<LabelSession>> LabelSession::open(const LabelSessionO
 
   PipelineSetup setup;
   setup.profile = settings.profile;
+  setup.profile.refines_labels = false;  // the methods refine the finished map by themselves
   setup.sensor = &opened;
   setup.T_world_first = level_pose(gravity->direction_depth);
   setup.model = session->labels_.model ? &session->labels_.model->model : nullptr;
@@ -144,6 +145,7 @@ rt::Result<void> LabelSession::run(const std::string& what,
     if (auto observed = observe(frame); !observed) return observed.error();
     progress.update(++frames_count);
   }
+  pipeline_->finish_labels();
   if (interrupted.load(std::memory_order_relaxed))
     return rt::Error{rt::ExitCode::failed, "The measurement was interrupted before its end."};
   return {};

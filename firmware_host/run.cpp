@@ -124,7 +124,7 @@ rt::Result<std::string> run(const RunOptions& options) {
     if (!ran) return ran.error();
     wall_s = *ran;
   }
-  pipeline->finish_refining();
+  pipeline->finish_labels();
   rt::heap_guard::unseal();
 
   // What came of it.

@@ -32,10 +32,11 @@ void plan_memory(const Profile& profile, const hal::RigCalibration& rig, const P
   const bool has_labels = options.scores_width > 0;
   const std::size_t map = map::Map::bytes_needed(profile.spine.map);
   plan.add(row("map", {{"blocks", 1}}, map, "map",
-               "blocks x (voxels 1536 + colours 256 + labels 512 + refined labels 192 + header 32) + hash 16 a block"));
-  plan.add(row(
-      "spine", {{"images", 1}}, Spine::bytes_needed(rig, profile.spine), "spine",
-      "depth 2 B a pixel, tangent planes 4 B, half-resolution depth, colour and model view, brightness keyframes, keyframe store"));
+               "blocks x (voxels 1536 + colours 256 + labels 512 + refined labels 192 + header 32) + hash 16 "
+               "a block"));
+  plan.add(row("spine", {{"images", 1}}, Spine::bytes_needed(rig, profile.spine), "spine",
+               "depth 2 B a pixel, tangent planes 4 B, half-resolution depth, colour and model view, "
+               "brightness keyframes, keyframe store"));
   plan.add(row(
       "frames",
       {{"capture", 1},
@@ -84,7 +85,8 @@ void plan_memory(const Profile& profile, const hal::RigCalibration& rig, const P
     const std::size_t left = profile.memory_bytes_max > used ? profile.memory_bytes_max - used : 0;
     const std::uint32_t blocks = profile.spine.map.blocks_capacity;
     plan.add(row("refine", {{"region", 1}},
-                 map::LabelRefiner::bytes_needed(refine_within(profile.refine, blocks, left), blocks), "refine",
+                 map::LabelRefiner::bytes_needed(refine_within(profile.refine, blocks, left), blocks),
+                 "refine",
                  "cells of a region with costs and marginals (24 columns), lattices of the three kernels"));
   }
 }

@@ -19,8 +19,10 @@ struct PlanOptions {
 inline constexpr std::size_t kFramesWaiting = 2;
 inline constexpr std::size_t kFramesCount = 1 + kFramesWaiting + 1 + 1 + 1;
 
-/// The largest region of up to wanted cells (in steps of 1024, at least 1024) that takes at most bytes_max. Boot.
-map::RefineConfig refine_within(const map::RefineConfig& wanted, std::uint32_t blocks_capacity, std::size_t bytes_max);
+/// The largest region of up to wanted cells (in steps of 1024, at least 1024) that takes at most bytes_max.
+/// Boot.
+map::RefineConfig refine_within(const map::RefineConfig& wanted, std::uint32_t blocks_capacity,
+                                std::size_t bytes_max);
 
 /// Boot. Adds the rows, in carving order, to an empty plan.
 void plan_memory(const Profile& profile, const hal::RigCalibration& rig, const PlanOptions& options,

@@ -14,9 +14,10 @@ namespace tactus {
 namespace {
 
 constexpr rt::Duration kReadTimeout{1'000'000'000};
-constexpr std::int64_t kKnownPoseSkewNs = 1'000'000;   // a known pose is the frame's own
+constexpr std::int64_t kKnownPoseSkewNs = 1'000'000;  // a known pose is the frame's own
 constexpr std::size_t kSeriesDefault = 4096, kSeriesMax = 100'000;
-// A keyframe's 45 thousand cells take 20 ms: an eighth of them a frame, and they are done before the next keyframe's.
+// A keyframe's 45 thousand cells take 20 ms: an eighth of them a frame, and they are done before the next
+// keyframe's.
 constexpr std::size_t kCellsPerFuse = 6000;
 
 std::size_t pixels_count(const hal::Intrinsics& camera) {
@@ -91,9 +92,10 @@ rt::Result<void> Pipeline::bind(const PipelineSetup& setup, rt::MemoryPlan& plan
   if (has_labels && setup.profile.refines_labels) {
     rt::Slice memory = plan.take("refine");
     refiner_.emplace();
-    refiner_->bind(memory,
-                   refine_within(setup.profile.refine, setup.profile.spine.map.blocks_capacity, memory.bytes_left()),
-                   spine_.map());
+    refiner_->bind(
+        memory,
+        refine_within(setup.profile.refine, setup.profile.spine.map.blocks_capacity, memory.bytes_left()),
+        spine_.map());
   }
   contact::WorldConfig world;
   world.bodies_capacity = setup.profile.bodies_capacity;
@@ -367,8 +369,8 @@ rt::Status Pipeline::fuse_answered() noexcept {
   if (!fusing_) return rt::Status::skipped;
   const Keyframe& keyframe = keyframes_[*fusing_];
   const auto rest = std::span(fusing_blocks_).subspan(fusing_done_, fusing_count_ - fusing_done_);
-  fusing_done_ += map::fuse_labels(spine_.map(), label_keyframe(keyframe, spine_, setup_.labels_from_source), rest,
-                                   setup_.label_rule, kCellsPerFuse)
+  fusing_done_ += map::fuse_labels(spine_.map(), label_keyframe(keyframe, spine_, setup_.labels_from_source),
+                                   rest, setup_.label_rule, kCellsPerFuse)
                       .blocks_done;
   if (fusing_done_ < fusing_count_) return rt::Status::ok;
   ++counts_.keyframes_segmented;
@@ -381,7 +383,8 @@ rt::Status Pipeline::fuse_answered() noexcept {
   return rt::Status::ok;
 }
 
-// The map has one writer: what refine found is written here. A block that was evicted since is another by its key.
+// The map has one writer: what refine found is written here. A block that was evicted since is another by its
+// key.
 bool Pipeline::publish_refined() noexcept {
   map::RefinedBlock refined;
   bool has_published = false;
@@ -408,7 +411,9 @@ rt::Status Pipeline::refine_round(rt::Clock clock) noexcept {
   });
 }
 
-void Pipeline::finish_refining() noexcept {
+void Pipeline::finish_labels() noexcept {
+  while (fuse_answered() == rt::Status::ok) {
+  }
   if (!refiner_) return;
   constexpr int kFramesMax = 3000;  // a room of ten regions takes 600
   for (int frame = 0; frame < kFramesMax; ++frame) {

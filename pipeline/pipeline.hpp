@@ -55,7 +55,7 @@ struct PipelineSetup {
   T_WorldDepth T_world_first;             // gravity-aligned
   const segment::Model* model = nullptr;  // null: no network
   const segment::ClassMap* class_map = nullptr;
-  bool labels_from_source = false;  // exact labels instead of a network's
+  bool labels_from_source = false;                    // exact labels instead of a network's
   map::LabelRule label_rule = map::LabelRule::bayes;  // direct: the paper's ablation
   /// For studies: what takes tracking's place, the pose of each frame by its time (a frame without one is
   /// lost). Empty: the camera is tracked.
@@ -95,7 +95,8 @@ class Pipeline {
 
   static constexpr int kSourceScoresWidth = 160,
                        kSourceScoresHeight = 120;  // of labels taken from the source
-  static constexpr std::int64_t kPairingSkewNs = 20'000'000;  // depth and colour of one moment, as TUM pairs them
+  static constexpr std::int64_t kPairingSkewNs =
+      20'000'000;                             // depth and colour of one moment, as TUM pairs them
   static constexpr int kScoresSideMax = 192;  // of a network's score image, pixels each way
 
   /// Boot: the table for this setup; then, with the table carved, every stage takes its memory and is warmed
@@ -113,8 +114,9 @@ class Pipeline {
   rt::Status segment_round(rt::Clock clock) noexcept;
   /// Refines labels by the work of the frames since the last round. skipped when nothing waits.
   rt::Status refine_round(rt::Clock clock) noexcept;
-  /// Refines all that still waits. Exit: when the threads rest, before the map is written out.
-  void finish_refining() noexcept;
+  /// Fuses the keyframes that are answered and refines all that still waits. Exit: when the threads rest,
+  /// before the map is written out or scored.
+  void finish_labels() noexcept;
   /// Advances virtual things by `duration` and takes over the newest frame from the spine.
   rt::Status contact_round(rt::Clock clock, rt::Duration duration) noexcept;
   /// Draws the newest frame with virtual things, and labels when overlay_alpha > 0, and reads the picture

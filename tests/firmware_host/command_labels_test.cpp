@@ -117,7 +117,7 @@ TEST(EvalLabels, ExactLabelsAsTheNetworkComeBackFromTheMap) {
   std::size_t files_count = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder.path() / "out"))
     files_count += entry.is_regular_file() ? 1u : 0u;
-  EXPECT_EQ(files_count, 4 * result["methods"].size());
+  EXPECT_EQ(files_count, 3 * result["methods"].size());
   std::uint64_t right = 0, known = 0;
   for (const char* name : {"000000", "000012", "000024"}) {
     const auto ids = read_label(folder.path() / "out/fused" / (std::string(name) + ".png"));
