@@ -1,12 +1,11 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "firmware_host/label_scores.hpp"
-#include "firmware_host/machine.hpp"
-#include "firmware_host/output_file.hpp"
 #include "firmware_host/study.hpp"
+#include "firmware_host/study_answer.hpp"
 #include "firmware_host/study_sets.hpp"
-#include "firmware_host/summary.hpp"
 
 namespace tactus::firmware {
 namespace {
@@ -97,16 +96,7 @@ rt::Result<std::string> study_errors(const StudyOptions& options) {
       "one frame in\n"
       "12, so its map of line 2 is made of those alone. What \"all five\" leaves is the grid of labels and "
       "of cells.\n";
-  for (const std::string& remark : sets->remarks) text += remark + "\n";
-  const std::string json = to_text({{"command", options.command},
-                                    {"sets", json_sets},
-                                    {"left_out", sets->remarks},
-                                    {"revision", revision()}});
-  if (!options.out.empty()) {
-    if (auto made = make_study_folder(options.out); !made) return made.error();
-    if (auto wrote = write_file(options.out / "errors.json", json); !wrote) return wrote.error();
-  }
-  return options.is_json ? json : text;
+  return study_answer(options, *sets, "errors", std::move(text), json_sets);
 }
 
 }  // namespace tactus::firmware

@@ -1,12 +1,11 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "firmware_host/label_scores.hpp"
-#include "firmware_host/machine.hpp"
-#include "firmware_host/output_file.hpp"
 #include "firmware_host/study.hpp"
+#include "firmware_host/study_answer.hpp"
 #include "firmware_host/study_sets.hpp"
-#include "firmware_host/summary.hpp"
 
 namespace tactus::firmware {
 namespace {
@@ -61,16 +60,7 @@ rt::Result<std::string> study_keyframes(const StudyOptions& options) {
       "small N asks\n"
       "for. The age is that of a keyframe when its labels are in the map. Times are of this machine as it "
       "was.\n";
-  for (const std::string& remark : sets->remarks) text += remark + "\n";
-  const std::string json = to_text({{"command", options.command},
-                                    {"sets", json_sets},
-                                    {"left_out", sets->remarks},
-                                    {"revision", revision()}});
-  if (!options.out.empty()) {
-    if (auto made = make_study_folder(options.out); !made) return made.error();
-    if (auto wrote = write_file(options.out / "keyframes.json", json); !wrote) return wrote.error();
-  }
-  return options.is_json ? json : text;
+  return study_answer(options, *sets, "keyframes", std::move(text), json_sets);
 }
 
 }  // namespace tactus::firmware

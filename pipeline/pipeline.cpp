@@ -396,6 +396,13 @@ bool Pipeline::publish_refined() noexcept {
   return has_published;
 }
 
+void Pipeline::hand_over_refined() noexcept {
+  while (const map::RefinedBlock* refined = refiner_->front()) {
+    if (!to_publish_in_->try_push(*refined)) return;  // it stays with the refiner until there is room
+    refiner_->pop();
+  }
+}
+
 rt::Status Pipeline::refine_round(rt::Clock clock) noexcept {
   const std::uint32_t frame = spine_.map().frame_concurrent();
   if (!refiner_ || frame == refined_frame_) return rt::Status::skipped;
@@ -403,10 +410,7 @@ rt::Status Pipeline::refine_round(rt::Clock clock) noexcept {
   refined_frame_ = frame;
   return timed(Stage::refine, kRefineTrace, clock, rt::kNoDeadline, [&]() noexcept {
     const rt::Status status = refiner_->step(frames);
-    while (const map::RefinedBlock* refined = refiner_->front()) {
-      if (!to_publish_in_->try_push(*refined)) break;  // it stays with the refiner until there is room
-      refiner_->pop();
-    }
+    hand_over_refined();
     return status;
   });
 }
@@ -418,10 +422,7 @@ void Pipeline::finish_labels() noexcept {
   constexpr int kFramesMax = 3000;  // a room of ten regions takes 600
   for (int frame = 0; frame < kFramesMax; ++frame) {
     (void)refiner_->step(1);
-    while (const map::RefinedBlock* refined = refiner_->front()) {
-      if (!to_publish_in_->try_push(*refined)) break;
-      refiner_->pop();
-    }
+    hand_over_refined();
     (void)publish_refined();
     if (refiner_->is_idle()) return;
   }

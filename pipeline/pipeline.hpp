@@ -173,6 +173,7 @@ class Pipeline {
   void begin_fusing(KeyframeSlot slot) noexcept;
   rt::Status fuse_answered() noexcept;
   bool publish_refined() noexcept;
+  void hand_over_refined() noexcept;
   void spawn_due() noexcept;
   void make_picture_inputs() noexcept;
 

@@ -17,38 +17,21 @@
 #include "hal/replay/recording_writer.hpp"
 #include "pipeline/label_view.hpp"
 #include "tests/bench/crf_points_file.hpp"
+#include "tests/support/command_line.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tactus::firmware {
 namespace {
 
 using nlohmann::json;
+using test::Outcome;
 
 constexpr const char* kRoom = "synthetic:bedroom?frames=28&mode=320x240";
 
-struct Outcome {
-  int code = 0;
-  std::string out, err;
-};
-
-Outcome tactus(std::vector<std::string> words) {
-  std::vector<const char*> argv = {"tactus"};
-  for (const std::string& word : words) argv.push_back(word.c_str());
+Outcome tactus(const std::vector<std::string>& words) {
   PipelineCommands commands;
   commands.eval_labels = eval_labels;
-  char *out = nullptr, *err = nullptr;
-  std::size_t out_size = 0, err_size = 0;
-  std::FILE* out_file = open_memstream(&out, &out_size);
-  std::FILE* err_file = open_memstream(&err, &err_size);
-  Outcome outcome;
-  outcome.code = run_command_line(static_cast<int>(argv.size()), argv.data(), commands, out_file, err_file);
-  std::fclose(out_file);
-  std::fclose(err_file);
-  outcome.out.assign(out, out_size);
-  outcome.err.assign(err, err_size);
-  std::free(out);
-  std::free(err);
-  return outcome;
+  return test::call_tactus(words, commands);
 }
 
 void expect_failure(const Outcome& o, int code, const std::string& part) {

@@ -16,44 +16,27 @@
 #include "hal/replay/file_bytes.hpp"
 #include "hal/replay/image_codec.hpp"
 #include "hal/replay/image_header.hpp"
+#include "tests/support/command_line.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tactus::firmware {
 namespace {
 
 using nlohmann::json;
-
-struct Outcome {
-  int code = 0;
-  std::string out, err;
-};
+using test::Outcome;
 
 /// `words` after `tactus study`; exact labels stand in for a network, and no recording lies beside.
 Outcome study(std::vector<std::string> words, const std::filesystem::path& data, int frames_count) {
-  std::vector<std::string> all = {"tactus", "study"};
+  std::vector<std::string> all = {"study"};
   all.insert(all.end(), words.begin(), words.end());
   const std::vector<std::string> rest = {"--mode", "320x240",     "--length", std::to_string(frames_count),
                                          "--data", data.string(), "--set",    "labels.source=truth"};
   all.insert(all.end(), rest.begin(), rest.end());
-  std::vector<const char*> argv;
-  for (const std::string& word : all) argv.push_back(word.c_str());
   PipelineCommands commands;
   commands.study_accuracy = study_accuracy;
   commands.study_errors = study_errors;
   commands.study_keyframes = study_keyframes;
-  char *out = nullptr, *err = nullptr;
-  std::size_t out_size = 0, err_size = 0;
-  std::FILE* out_file = open_memstream(&out, &out_size);
-  std::FILE* err_file = open_memstream(&err, &err_size);
-  Outcome outcome;
-  outcome.code = run_command_line(static_cast<int>(argv.size()), argv.data(), commands, out_file, err_file);
-  std::fclose(out_file);
-  std::fclose(err_file);
-  outcome.out.assign(out, out_size);
-  outcome.err.assign(err, err_size);
-  std::free(out);
-  std::free(err);
-  return outcome;
+  return test::call_tactus(all, commands);
 }
 
 bool contains(const std::string& text, const std::string& part) {

@@ -9,6 +9,7 @@
 #include "firmware_host/cli.hpp"
 #include "firmware_host/open_source.hpp"
 #include "firmware_host/summary.hpp"
+#include "tests/support/command_line.hpp"
 #include "tests/support/shared_data.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -16,28 +17,10 @@ namespace tactus::firmware {
 namespace {
 
 using nlohmann::json;
+using test::Outcome;
 
-struct Outcome {
-  int code = 0;
-  std::string out, err;
-};
-
-Outcome tactus(std::vector<std::string> words, const PipelineCommands& pipeline = {}) {
-  std::vector<const char*> argv = {"tactus"};
-  for (const std::string& word : words) argv.push_back(word.c_str());
-  char *out = nullptr, *err = nullptr;
-  std::size_t out_size = 0, err_size = 0;
-  std::FILE* out_file = open_memstream(&out, &out_size);
-  std::FILE* err_file = open_memstream(&err, &err_size);
-  Outcome outcome;
-  outcome.code = run_command_line(static_cast<int>(argv.size()), argv.data(), pipeline, out_file, err_file);
-  std::fclose(out_file);
-  std::fclose(err_file);
-  outcome.out.assign(out, out_size);
-  outcome.err.assign(err, err_size);
-  std::free(out);
-  std::free(err);
-  return outcome;
+Outcome tactus(const std::vector<std::string>& words, const PipelineCommands& pipeline = {}) {
+  return test::call_tactus(words, pipeline);
 }
 
 bool contains(const std::string& text, const std::string& part) {
