@@ -97,6 +97,17 @@ LabelWord replace(LabelWord prior, const ObservationCosts& observation) noexcept
   return pack(rank_costs(key), observations(prior) + 1u);
 }
 
+bool is_label_word(LabelWord word) noexcept {
+  if (word == 0) return true;
+  for (int rank = 0; rank < kKeptMaterials; ++rank) {
+    if (id_at(word, rank) >= kMaterialCount) return false;
+    for (int before = 0; before < rank; ++before)
+      if (id_at(word, before) == id_at(word, rank)) return false;
+    if (rank > 0 && kept_cost(word, rank) < kept_cost(word, rank - 1)) return false;
+  }
+  return observations(word) > 0;
+}
+
 void decode(LabelWord word, MaterialDistribution& distribution) noexcept {
   if (word == 0) {
     distribution.fill(1.0f / kMaterialCount);

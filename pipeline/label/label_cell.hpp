@@ -48,6 +48,9 @@ inline constexpr std::uint16_t kObservationCostMax = 8191;
 /// Direct mapping, the paper's ablation: the observation replaces what was known; only the count goes on.
 [[nodiscard]] LabelWord replace(LabelWord prior, const ObservationCosts& observation) noexcept;
 
+/// Whether a word from outside is one that the functions here make: 0, or four different materials in order.
+[[nodiscard]] bool is_label_word(LabelWord word) noexcept;
+
 /// The whole distribution, sums to 1 (to rounding); uniform for 0.
 void decode(LabelWord word, MaterialDistribution& distribution) noexcept;
 

@@ -1,8 +1,10 @@
-// What the 3D CRF found about one cell, in 24 bits: its two most likely materials and their marginals.
+// What is known about one cell beyond what keyframes said, in 24 bits: the 3D CRF's two most likely materials
+// and their marginals, or what a person pinned.
 //
 //   bits  0-4   most likely material       5-9    second
 //   bits 10-16  its marginal in 1/127      17-23   the second's
 //   0           never refined
+//   marginals of 0 and 127, which the CRF cannot leave: pinned to the material
 //
 // The other 21 share what is left evenly: mean field over a room leaves under 2 % there in most cells.
 // Integers on every path that makes a word. Every function: any phase, any thread, no heap, no lock.
@@ -40,6 +42,12 @@ inline constexpr std::uint32_t kRefinedOne = 127;
   return first | second << 5 | p << 10 | q << 17;
 }
 
+/// A person's word: certain, whatever keyframes and the CRF say, until it is taken back.
+[[nodiscard]] constexpr RefinedWord pinned_word(MaterialId material) noexcept {
+  return material | kRefinedOne << 17;
+}
+[[nodiscard]] constexpr bool is_pinned(RefinedWord word) noexcept { return word >> 10 == kRefinedOne << 7; }
+
 /// kUnknownMaterial for 0.
 [[nodiscard]] constexpr MaterialId refined_best(RefinedWord word) noexcept {
   return word == 0 ? kUnknownMaterial : static_cast<MaterialId>(word & 31U);
@@ -47,16 +55,31 @@ inline constexpr std::uint32_t kRefinedOne = 127;
 
 /// Marginal of refined_best(); 0 for 0.
 [[nodiscard]] constexpr float refined_confidence(RefinedWord word) noexcept {
-  return static_cast<float>(word >> 10 & 127U) / static_cast<float>(kRefinedOne);
+  const std::uint32_t p = is_pinned(word) ? kRefinedOne : word >> 10 & 127U;
+  return static_cast<float>(p) / static_cast<float>(kRefinedOne);
 }
 
 /// Sums to 1 (to rounding). word must not be 0.
 inline void refined_decode(RefinedWord word, MaterialDistribution& distribution) noexcept {
+  if (is_pinned(word)) {
+    distribution.fill(0);
+    distribution[word & 31U] = 1;
+    return;
+  }
   constexpr float kUnit = 1.0F / static_cast<float>(kRefinedOne);
   const float p = static_cast<float>(word >> 10 & 127U) * kUnit, q = static_cast<float>(word >> 17) * kUnit;
   distribution.fill((1 - p - q) / (kMaterialCount - 2));
   distribution[word >> 5 & 31U] = q;
   distribution[word & 31U] = p;
+}
+
+/// Whether a word from outside is one that refined_word() or pinned_word() makes, or 0.
+[[nodiscard]] constexpr bool is_refined_word(RefinedWord word) noexcept {
+  const std::uint32_t first = word & 31U, second = word >> 5 & 31U, p = word >> 10 & 127U, q = word >> 17;
+  if (word == 0) return true;
+  if (first >= kMaterialCount || second >= kMaterialCount) return false;
+  if (is_pinned(word)) return second == 0;
+  return first != second && p > 0 && p + q <= kRefinedOne;
 }
 
 }  // namespace tactus::label

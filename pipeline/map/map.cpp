@@ -1,6 +1,7 @@
 #include "pipeline/map/map.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstring>
 #include <vector>
@@ -183,17 +184,39 @@ void Map::publish_labels(BlockIndex block, std::span<const LabelWord, kBlockCell
   write_end(block);
 }
 
-void Map::publish_refined(BlockIndex block,
-                          std::span<const label::RefinedWord, kBlockCells> refined) noexcept {
+void Map::store_refined(BlockIndex block, std::span<const label::RefinedWord, kBlockCells> refined) noexcept {
   std::uint8_t low[kBlockCells];
   std::uint16_t high[kBlockCells];
   for (std::size_t c = 0; c < kBlockCells; ++c) {
     low[c] = static_cast<std::uint8_t>(refined[c]);
     high[c] = static_cast<std::uint16_t>(refined[c] >> 8);
   }
-  write_begin(block);
   store_words(&refined_low_[block * kRefinedLowWords], low, kRefinedLowWords);
   store_words(&refined_high_[block * kRefinedHighWords], high, kRefinedHighWords);
+}
+
+void Map::publish_refined(BlockIndex block,
+                          std::span<const label::RefinedWord, kBlockCells> refined) noexcept {
+  std::array<label::RefinedWord, kBlockCells> words;
+  for (int c = 0; c < kBlockCells; ++c) {
+    const auto cell = static_cast<std::size_t>(c);
+    const label::RefinedWord now = refined_concurrent(block, c);
+    words[cell] = label::is_pinned(now) ? now : refined[cell];
+  }
+  write_begin(block);
+  store_refined(block, words);
+  write_end(block);
+}
+
+void Map::publish_pins(BlockIndex block, std::uint64_t cells, label::RefinedWord word,
+                       std::uint32_t frame) noexcept {
+  std::array<label::RefinedWord, kBlockCells> words;
+  for (int c = 0; c < kBlockCells; ++c)
+    words[static_cast<std::size_t>(c)] = (cells >> c & 1U) != 0 ? word : refined_concurrent(block, c);
+  write_begin(block);
+  store_refined(block, words);
+  std::atomic_ref(label_frame_[block])
+      .store(std::max(frame, label_frame_[block] + 1), std::memory_order_relaxed);
   write_end(block);
 }
 

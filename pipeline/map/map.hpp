@@ -81,8 +81,13 @@ class Map {
   /// Makes new label words visible; `frame` is the keyframe's index.
   void publish_labels(BlockIndex block, std::span<const LabelWord, kBlockCells> labels,
                       std::uint32_t frame) noexcept;
-  /// Makes what the CRF found visible; 0 where a cell was not refined.
+  /// Makes what the CRF found visible; 0 where a cell was not refined. Pinned cells stay as they are.
   void publish_refined(BlockIndex block, std::span<const label::RefinedWord, kBlockCells> refined) noexcept;
+
+  /// Gives the cells of a mask this word: pinned_word(), or 0 to take a pin back. Counts as labelled in
+  /// `frame`, or in the frame after the last label if that is later, so that refinement looks at the block
+  /// again.
+  void publish_pins(BlockIndex block, std::uint64_t cells, label::RefinedWord word, std::uint32_t frame) noexcept;
 
   [[nodiscard]] const BlockHash& hash() const noexcept { return hash_; }
   [[nodiscard]] BlockKey key(BlockIndex block) const noexcept { return keys_[block]; }
@@ -140,6 +145,7 @@ class Map {
   static constexpr std::size_t kRefinedLowWords = kBlockCells / 8;  // bits 0-7 of each cell's word
   static constexpr std::size_t kRefinedHighWords = kBlockCells / 4;  // bits 8-23
 
+  void store_refined(BlockIndex block, std::span<const label::RefinedWord, kBlockCells> refined) noexcept;
   void write_begin(BlockIndex block) noexcept;
   void write_end(BlockIndex block) noexcept;
 

@@ -118,6 +118,7 @@ void read_cell(const Map& map, const Vec3f& lattice, LabelView view, SurfacePoin
   if (!good || view == LabelView::fused) refined = 0;
   out.color = {color.r, color.g, color.b};
   out.label_observations = static_cast<std::uint8_t>(label::observations(word));  // at most 127
+  out.is_pinned = label::is_pinned(refined);
   if (refined != 0) {
     out.material = label::refined_best(refined);
     label::refined_decode(refined, out.materials);
@@ -125,7 +126,7 @@ void read_cell(const Map& map, const Vec3f& lattice, LabelView view, SurfacePoin
     out.material = out.label_observations > 0 ? label::best(word) : kUnknownMaterial;
     label::decode(word, out.materials);
   }
-  out.label_age_frames = map.frame_concurrent() - frame;
+  out.label_age_frames = std::max(map.frame_concurrent(), frame) - frame;
 }
 
 }  // namespace

@@ -24,14 +24,15 @@ struct SurfacePoint {
   MaterialId material =
       kUnknownMaterial;  // most likely one; kUnknownMaterial where nothing has been labelled
   std::uint32_t label_age_frames =
-      0;  // frames since a keyframe last labelled this block; meaningless when unknown
+      0;  // frames since a keyframe or a person last labelled this block; meaningless when unknown
   std::uint8_t label_observations = 0;  // keyframes fused into this cell, saturating
+  bool is_pinned = false;               // the material is a person's word (pin_surface.hpp)
   Rgb8 color;
 };
 
 /// What a reader takes for a cell's material.
 enum class LabelView : std::uint8_t {
-  refined,  // what the CRF found, where it has come by; else as fused
+  refined,  // what a person pinned; else what the CRF found, where it has come by; else as fused
   fused     // eq. (1) alone
 };
 

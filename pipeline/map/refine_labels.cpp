@@ -33,6 +33,15 @@ std::uint32_t curve_place(const BlockCoord& c) {
   return label::morton_place(part(c.x), part(c.y), part(c.z));
 }
 
+// A pinned cell is certain, so that its neighbours hear of it.
+LabelWord word_of(const BlockCopy& copy, int cell) {
+  const label::RefinedWord refined = copy.refined[cell];
+  if (!label::is_pinned(refined)) return copy.labels[cell];
+  MaterialDistribution certain;
+  label::refined_decode(refined, certain);
+  return label::encode(certain, label::kObservationsMax);
+}
+
 }  // namespace
 
 std::size_t LabelRefiner::bytes_needed(const RefineConfig& config, std::uint32_t blocks_capacity) {
@@ -196,7 +205,7 @@ std::uint64_t LabelRefiner::gather() noexcept {
       normal_[points_count_] = surface.normal_world;
       color_[points_count_] = {color.r, color.g, color.b};
       cell_[points_count_] = static_cast<std::uint8_t>(cell);
-      word_[points_count_] = copy.labels[cell];
+      word_[points_count_] = word_of(copy, cell);
       ++points_count_;
     }
     at.points_end = static_cast<std::uint32_t>(points_count_);
@@ -267,7 +276,7 @@ bool LabelRefiner::take_over_changes() noexcept {
     at.label_frame = copy.label_frame;
     is_changed = true;
     for (std::size_t p = at.points_begin; p < at.points_end; ++p) {
-      word_[p] = copy.labels[cell_[p]];
+      word_[p] = word_of(copy, cell_[p]);
       if (must_restart) continue;
       label::unary_costs_of(word_[p], cost);
       must_restart = !engine_.change_unary(p, cost.data());
