@@ -7,6 +7,7 @@
 #include "firmware_host/commands.hpp"
 #include "firmware_host/machine.hpp"
 #include "firmware_host/open_source.hpp"
+#include "pipeline/label/material.hpp"
 
 namespace tactus::firmware {
 namespace {
@@ -56,8 +57,8 @@ void add_run(CLI::App& root, const PipelineCommands& pipeline, RunOptions& o, Co
   app->footer(source_help());
   app->add_option("SOURCE", o.source, "Where frames come from (below)")->required()->type_name("");
   app->add_option("--out", o.out,
-                  "Folder that receives trajectory.txt, mesh.ply, summary.json, trace.json, report.html, "
-                  "events.jsonl")
+                  "Folder that receives trajectory.txt, mesh.ply, map.tactus, summary.json, trace.json, "
+                  "report.html, events.jsonl")
       ->type_name("DIR");
   app->add_option("--runner", o.runner,
                   "realtime: threads and deadlines, late frames are dropped and counted; lockstep: "
@@ -242,6 +243,40 @@ void add_info(CLI::App& root, InfoOptions& o, Command& command) {
   app->callback([&] { command = [&o] { return info(o); }; });
 }
 
+std::string material_names() {
+  std::string names;
+  for (const std::string_view name : kMaterialNames) names += (names.empty() ? "" : ", ") + std::string(name);
+  return names;
+}
+
+void add_query(CLI::App& root, const PipelineCommands& pipeline, QueryOptions& o, Command& command) {
+  CLI::App* app =
+      root.add_subcommand("query", "Ask a finished map what a place is made of, and correct it by hand");
+  app->footer(
+      "Without --at or --ray the map as a whole is described. Metres, y up, as in mesh.ply.\nMaterials: " +
+      material_names() + ".");
+  app->add_option("MAP", o.map, "map.tactus of `tactus run --out DIR`, or DIR")->required()->type_name("");
+  app->add_option("--at", o.at, "The surface nearest to this point")->type_name("X,Y,Z");
+  app->add_option("--ray", o.ray, "The first surface along a ray: its origin and its direction")
+      ->type_name("X,Y,Z,DX,DY,DZ");
+  app->add_option("--range", o.range_m, "Length of the ray")
+      ->type_name("METRES")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app->add_option("--set", o.set,
+                  "Pin the surface found, as far as it is connected and of one material, to this material, "
+                  "whatever keyframes say")
+      ->type_name("MATERIAL");
+  app->add_flag("--unset", o.is_unset, "Take the pin of the surface found back");
+  app->add_option("--within", o.within_m,
+                  "With --set: all connected surface within this distance, whatever its material")
+      ->type_name("METRES")
+      ->check(CLI::PositiveNumber);
+  app->add_option("--out", o.out, "File for the corrected map; else MAP is replaced")->type_name("FILE");
+  add_json(*app, o.is_json);
+  app->callback([&] { command = [&] { return pipeline.query(o); }; });
+}
+
 /// Library messages come with or without a full stop, some with line feeds.
 std::string sentence(std::string text) {
   std::replace(text.begin(), text.end(), '\n', ' ');
@@ -272,6 +307,7 @@ int run_command_line(int argc, const char* const* argv, const PipelineCommands& 
   StudyOptions study_options;
   ConvertOptions convert_options;
   InfoOptions info_options;
+  QueryOptions query_options;
   PlanOptions plan_options;
   WiringOptions wiring_options;
   BenchOptions bench_options;
@@ -282,6 +318,7 @@ int run_command_line(int argc, const char* const* argv, const PipelineCommands& 
   if (pipeline.study_accuracy) add_study(root, pipeline, study_options, command);
   add_convert(root, convert_options, command);
   add_info(root, info_options, command);
+  if (pipeline.query) add_query(root, pipeline, query_options, command);
   if (pipeline.plan) {
     CLI::App* app =
         root.add_subcommand("plan", "Print the memory table: what is planned, how much, for whom and why");

@@ -17,6 +17,7 @@ struct PipelineCommands {
   std::function<rt::Result<std::string>(const EvalLabelsOptions&)> eval_labels;
   /// All three or none.
   std::function<rt::Result<std::string>(const StudyOptions&)> study_accuracy, study_errors, study_keyframes;
+  std::function<rt::Result<std::string>(const QueryOptions&)> query;
   std::function<rt::Result<std::string>(const PlanOptions&)> plan;
   std::function<rt::Result<std::string>(const WiringOptions&)> wiring;
   std::function<rt::Result<std::string>(const BenchOptions&)> bench;

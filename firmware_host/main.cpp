@@ -4,6 +4,7 @@
 #include "firmware_host/cli.hpp"
 #include "firmware_host/label_command.hpp"
 #include "firmware_host/plan.hpp"
+#include "firmware_host/query.hpp"
 #include "firmware_host/run.hpp"
 #include "firmware_host/study.hpp"
 #include "firmware_host/wiring.hpp"
@@ -15,6 +16,7 @@ int main(int argc, char** argv) {
   pipeline.study_accuracy = tactus::firmware::study_accuracy;
   pipeline.study_errors = tactus::firmware::study_errors;
   pipeline.study_keyframes = tactus::firmware::study_keyframes;
+  pipeline.query = tactus::firmware::query;
   pipeline.plan = tactus::firmware::plan;
   pipeline.wiring = tactus::firmware::wiring;
   pipeline.bench = tactus::firmware::bench;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -95,6 +96,19 @@ struct InfoOptions {
   std::string source;
   FrameRange frames;
   bool is_quick = false;  // reads no frames
+  bool is_json = false;
+};
+
+/// `tactus query`.
+struct QueryOptions {
+  std::filesystem::path map;       // file, or folder of a run
+  std::optional<std::string> at;   // X,Y,Z in metres
+  std::optional<std::string> ray;  // origin and direction
+  float range_m = 10;
+  std::string set;        // material that the surface found is pinned to
+  bool is_unset = false;  // a pin is taken back
+  float within_m = 0;     // as map::SurfacePin
+  std::filesystem::path out;
   bool is_json = false;
 };
 

@@ -1,5 +1,6 @@
 #include "pipeline/memory_plan.hpp"
 
+#include "pipeline/map/pin_surface.hpp"
 #include "pipeline/messages.hpp"
 #include "pipeline/render/renderer.hpp"
 #include "rt/trace.hpp"
@@ -34,6 +35,8 @@ void plan_memory(const Profile& profile, const hal::RigCalibration& rig, const P
   plan.add(row("map", {{"blocks", 1}}, map, "map",
                "blocks x (voxels 1536 + colours 256 + labels 512 + refined labels 192 + header 32) + hash 16 "
                "a block"));
+  plan.add(row("pins", {{"flood", 1}}, map::SurfacePinner::bytes_needed(profile.spine.map), "spine",
+               "per block its key, its surface cells and those taken (20 B); the flood's edge"));
   plan.add(row("spine", {{"images", 1}}, Spine::bytes_needed(rig, profile.spine), "spine",
                "depth 2 B a pixel, tangent planes 4 B, half-resolution depth, colour and model view, "
                "brightness keyframes, keyframe store"));

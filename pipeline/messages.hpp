@@ -49,6 +49,9 @@ using KeyframeSlot = std::uint32_t;
 /// refine -> spine, by value. The spine takes all that wait once a frame, refine makes a few hundred a frame at most.
 inline constexpr std::size_t kRefinedBlocksWaiting = 512;
 
+/// application -> spine, by value: a person corrects one surface at a time.
+inline constexpr std::size_t kPinsWaiting = 8;
+
 inline constexpr std::size_t kKeyframeSlots = 4;  // segment 1 + waiting 1 + answered 1 + being filled 1
 
 }  // namespace tactus

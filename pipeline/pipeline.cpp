@@ -19,6 +19,8 @@ constexpr std::size_t kSeriesDefault = 4096, kSeriesMax = 100'000;
 // A keyframe's 45 thousand cells take 20 ms: an eighth of them a frame, and they are done before the next
 // keyframe's.
 constexpr std::size_t kCellsPerFuse = 6000;
+// Of a person's correction: 1 to 2 ms a frame, a table in a quarter of a second.
+constexpr std::size_t kCellsPerPin = 1000;
 
 std::size_t pixels_count(const hal::Intrinsics& camera) {
   return static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
@@ -76,6 +78,8 @@ rt::Result<void> Pipeline::bind(const PipelineSetup& setup, rt::MemoryPlan& plan
     if (auto started = workers_.start(setup.profile.threads_count, worker); !started) return started.error();
   }
   spine_.bind(plan.take("map"), plan.take("spine"), rig, setup.profile.spine, setup.T_world_first, workers_);
+  rt::Slice pins = plan.take("pins");
+  pinner_.bind(pins, spine_.map());
   const bool has_labels = setup.labels_from_source || setup.model != nullptr;
   if (setup.model != nullptr && !setup.labels_from_source) {
     auto bound = segment::Segmenter::bind({setup.model, setup.class_map, rig.color.width, rig.color.height},
@@ -137,6 +141,8 @@ rt::Result<void> Pipeline::bind(const PipelineSetup& setup, rt::MemoryPlan& plan
   to_segment_out_.emplace(to_segment_.consumer());
   to_fuse_in_.emplace(to_fuse_.producer());
   to_fuse_out_.emplace(to_fuse_.consumer());
+  to_pin_in_.emplace(to_pin_.producer());
+  to_pin_out_.emplace(to_pin_.consumer());
   to_publish_in_.emplace(to_publish_.producer());
   to_publish_out_.emplace(to_publish_.consumer());
   pose_in_.emplace(pose_.producer());
@@ -255,7 +261,8 @@ rt::Status Pipeline::spine_round(rt::Clock clock, rt::HostTime deadline) noexcep
   (void)stage(Stage::integrate, [&]() noexcept { return spine_.integrate(); });
   (void)stage(Stage::predict, [&]() noexcept { return spine_.predict(); });
   (void)stage(Stage::fuse, [&]() noexcept {
-    if (to_fuse_.was().pushed == 0) return rt::Status::skipped;
+    const rt::Status pinned = pin_waiting();
+    if (to_fuse_.was().pushed == 0) return pinned;
     const bool has_published = publish_refined();
     const rt::Status fused = fuse_answered();
     return has_published && fused == rt::Status::skipped ? rt::Status::ok : fused;
@@ -383,6 +390,17 @@ rt::Status Pipeline::fuse_answered() noexcept {
   return rt::Status::ok;
 }
 
+rt::Status Pipeline::pin_surface(const map::SurfacePin& pin) noexcept {
+  return to_pin_in_->try_push(pin) ? rt::Status::ok : rt::Status::full;
+}
+
+rt::Status Pipeline::pin_waiting() noexcept {
+  map::SurfacePin pin;
+  while (!pinner_.is_busy() && to_pin_out_->try_pop(pin))
+    (void)pinner_.begin(pin);  // a refusal is counted there
+  return pinner_.step(kCellsPerPin);
+}
+
 // The map has one writer: what refine found is written here. A block that was evicted since is another by its
 // key.
 bool Pipeline::publish_refined() noexcept {
@@ -416,6 +434,8 @@ rt::Status Pipeline::refine_round(rt::Clock clock) noexcept {
 }
 
 void Pipeline::finish_labels() noexcept {
+  while (pin_waiting() == rt::Status::ok) {
+  }
   while (fuse_answered() == rt::Status::ok) {
   }
   if (!refiner_) return;

@@ -27,6 +27,7 @@
 #include "pipeline/contact/world.hpp"
 #include "pipeline/interact/drop_script.hpp"
 #include "pipeline/map/fuse_labels.hpp"
+#include "pipeline/map/pin_surface.hpp"
 #include "pipeline/map/reader.hpp"
 #include "pipeline/map/refine_labels.hpp"
 #include "pipeline/memory_plan.hpp"
@@ -114,8 +115,12 @@ class Pipeline {
   rt::Status segment_round(rt::Clock clock) noexcept;
   /// Refines labels by the work of the frames since the last round. skipped when nothing waits.
   rt::Status refine_round(rt::Clock clock) noexcept;
-  /// Fuses the keyframes that are answered and refines all that still waits. Exit: when the threads rest,
-  /// before the map is written out or scored.
+  /// A person's correction: pins the surface at a place to a material, or takes that back. Done by the spine
+  /// within the next frames, a few thousand cells each; pinner() counts what became of it. full: too many
+  /// wait. Step; one thread, the application's; wait-free.
+  rt::Status pin_surface(const map::SurfacePin& pin) noexcept;
+  /// Does the corrections that wait, fuses the keyframes that are answered and refines all that still waits.
+  /// Exit: when the threads rest, before the map is written out or scored.
   void finish_labels() noexcept;
   /// Advances virtual things by `duration` and takes over the newest frame from the spine.
   rt::Status contact_round(rt::Clock clock, rt::Duration duration) noexcept;
@@ -136,6 +141,7 @@ class Pipeline {
     return segmenter_ ? &*segmenter_ : nullptr;
   }
   [[nodiscard]] const map::LabelRefiner* refiner() const noexcept { return refiner_ ? &*refiner_ : nullptr; }
+  [[nodiscard]] const map::SurfacePinner& pinner() const noexcept { return pinner_; }
   [[nodiscard]] const map::Reader& reader() const noexcept { return reader_; }
   [[nodiscard]] std::span<const TrackedPose> trajectory() const noexcept { return trajectory_; }
   [[nodiscard]] std::span<const contact::ContactEvent> contacts() const noexcept {
@@ -172,6 +178,7 @@ class Pipeline {
   void fill_keyframe(const SensorFrame& frame) noexcept;
   void begin_fusing(KeyframeSlot slot) noexcept;
   rt::Status fuse_answered() noexcept;
+  rt::Status pin_waiting() noexcept;
   bool publish_refined() noexcept;
   void hand_over_refined() noexcept;
   void spawn_due() noexcept;
@@ -182,6 +189,7 @@ class Pipeline {
 
   // Stages.
   Spine spine_;
+  map::SurfacePinner pinner_;
   std::optional<segment::Segmenter> segmenter_;
   std::optional<map::LabelRefiner> refiner_;
   contact::World world_;
@@ -195,6 +203,7 @@ class Pipeline {
   using ViewRing = rt::DropOldestRing<rt::FrameId, 1>;
   using KeyframeRing = rt::DropOldestRing<KeyframeSlot, 1>;
   using AnswerRing = rt::SpscRing<KeyframeSlot, kKeyframeSlots>;
+  using PinRing = rt::SpscRing<map::SurfacePin, kPinsWaiting>;
   using RefinedRing = rt::SpscRing<map::RefinedBlock, kRefinedBlocksWaiting>;
   rt::FramePool<SensorFrame> frames_;
   FrameRing to_spine_;
@@ -202,6 +211,7 @@ class Pipeline {
   KeyframeRing to_segment_;
   AnswerRing to_fuse_;
   RefinedRing to_publish_;
+  PinRing to_pin_;
   rt::Seqlock<PoseSample> pose_;
   std::optional<FrameRing::Producer> to_spine_in_;
   std::optional<FrameRing::Consumer> to_spine_out_;
@@ -213,6 +223,8 @@ class Pipeline {
   std::optional<AnswerRing::Consumer> to_fuse_out_;
   std::optional<RefinedRing::Producer> to_publish_in_;
   std::optional<RefinedRing::Consumer> to_publish_out_;
+  std::optional<PinRing::Producer> to_pin_in_;
+  std::optional<PinRing::Consumer> to_pin_out_;
   std::optional<rt::Seqlock<PoseSample>::Producer> pose_in_;
 
   // Written by one thread each: verdicts and keyframes by the spine before their id goes on, frames by

@@ -38,7 +38,7 @@ struct WiringEdge {
   const char* when_full;
 };
 
-inline constexpr std::array<WiringEdge, 14> kWiringEdges = {{
+inline constexpr std::array<WiringEdge, 15> kWiringEdges = {{
     {Stage::capture, Stage::register_frame, "DropOldestRing", "FrameId", kFramesWaiting,
      "the oldest frame is dropped and counted"},
     {Stage::register_frame, Stage::track, "call", "depth, half-resolution depth and colour", 0, "cannot be"},
@@ -54,6 +54,7 @@ inline constexpr std::array<WiringEdge, 14> kWiringEdges = {{
      "a torn or recycled block is read again, or waits for the next round"},
     {Stage::refine, Stage::fuse, "SpscRing", "RefinedBlock", kRefinedBlocksWaiting,
      "the refiner keeps it and goes on when there is room"},
+    {std::nullopt, Stage::fuse, "SpscRing", "SurfacePin", kPinsWaiting, "the caller is told"},
     {Stage::fuse, Stage::contact, "DropOldestRing", "FrameId with its verdict", 1,
      "the frame before is dropped: the newest is drawn"},
     {Stage::track, std::nullopt, "Seqlock", "PoseSample", 0, "overwritten"},

@@ -45,9 +45,11 @@ TEST(Wiring, AnEdgeBetweenThreadsIsNoCallAndACallStaysOnItsThread) {
 TEST(Wiring, RingsAreThoseOfThePipelineWithTheirDepths) {
   std::ifstream in(TACTUS_SOURCE_DIR "/pipeline/pipeline.hpp");
   const std::string source(std::istreambuf_iterator<char>(in), {});
-  const std::map<std::string, std::size_t> depths = {
-      {"1", 1}, {"kFramesWaiting", kFramesWaiting}, {"kKeyframeSlots", kKeyframeSlots},
-      {"kRefinedBlocksWaiting", kRefinedBlocksWaiting}};
+  const std::map<std::string, std::size_t> depths = {{"1", 1},
+                                                     {"kFramesWaiting", kFramesWaiting},
+                                                     {"kKeyframeSlots", kKeyframeSlots},
+                                                     {"kRefinedBlocksWaiting", kRefinedBlocksWaiting},
+                                                     {"kPinsWaiting", kPinsWaiting}};
   using Ring = std::pair<std::string, std::size_t>;
   std::multiset<Ring> in_pipeline, in_table;
   const std::regex ring(R"(using \w+ = rt::(DropOldestRing|SpscRing|Mailbox)<[\w:]+, (\w+)>;)");
