@@ -16,7 +16,8 @@ namespace {
 constexpr std::size_t kRefinedBytes = 3;  // of a cell: 24 bits
 constexpr std::size_t kBlockBytes = kBlockVoxels * (sizeof(std::int16_t) + sizeof(std::uint8_t)) +
                                     kBlockCells * (sizeof(ColorCell) + sizeof(LabelWord) + kRefinedBytes);
-constexpr std::size_t kHeaderBytes = sizeof(BlockKey) + 3 * sizeof(std::uint32_t) + 8 * sizeof(BlockIndex) + sizeof(std::uint8_t);
+constexpr std::size_t kHeaderBytes =
+    sizeof(BlockKey) + 3 * sizeof(std::uint32_t) + 8 * sizeof(BlockIndex) + sizeof(std::uint8_t);
 constexpr std::size_t kListBytes =
     3 * sizeof(BlockIndex);  // free list here, active and previous list in integrate
 constexpr std::size_t kHashBytesAtHalfLoad = 2 * sizeof(std::uint64_t);
@@ -24,10 +25,6 @@ static_assert(kBlockBytes + kHeaderBytes + kListBytes + kHashBytesAtHalfLoad <= 
 
 // A block is changed once a frame, for a tenth of a microsecond: a second try nearly always succeeds.
 constexpr int kCopyTries = 4;
-
-std::uint64_t load_word(std::span<const std::uint64_t> words, std::size_t i) {
-  return std::atomic_ref(const_cast<std::uint64_t&>(words[i])).load(std::memory_order_relaxed);
-}
 
 void store_words(std::uint64_t* to, const void* from, std::size_t words_count) {
   for (std::size_t i = 0; i < words_count; ++i) {
@@ -66,9 +63,10 @@ std::size_t Map::bytes_needed(const MapConfig& config) {
   const std::size_t n = config.blocks_capacity;
   return rt::bytes_of<std::uint64_t>(n * kTsdfWords) + rt::bytes_of<std::uint64_t>(n * kWeightWords) +
          rt::bytes_of<std::uint64_t>(n * kColorWords) + rt::bytes_of<LabelWord>(n * kBlockCells) +
-         rt::bytes_of<std::uint64_t>(n * kRefinedLowWords) + rt::bytes_of<std::uint64_t>(n * kRefinedHighWords) +
-         rt::bytes_of<BlockKey>(n) + 3 * rt::bytes_of<std::uint32_t>(n) + rt::bytes_of<BlockIndex>(n * 8) +
-         rt::bytes_of<BlockIndex>(n) + rt::bytes_of<std::uint8_t>(n) + BlockHash::bytes_needed(n);
+         rt::bytes_of<std::uint64_t>(n * kRefinedLowWords) +
+         rt::bytes_of<std::uint64_t>(n * kRefinedHighWords) + rt::bytes_of<Header>(n) +
+         rt::bytes_of<BlockIndex>(n * 8) + rt::bytes_of<BlockIndex>(n) + rt::bytes_of<std::uint8_t>(n) +
+         BlockHash::bytes_needed(n) + Occupancy::bytes_needed(n);
 }
 
 double Map::bytes_per_voxel(const MapConfig& config) {
@@ -86,15 +84,12 @@ void Map::bind(rt::Slice memory, const MapConfig& config) {
   label_ = memory.take<LabelWord>(n * kBlockCells);
   refined_low_ = memory.take<std::uint64_t>(n * kRefinedLowWords);
   refined_high_ = memory.take<std::uint64_t>(n * kRefinedHighWords);
-  keys_ = memory.take<BlockKey>(n);
-  sequence_ = memory.take<std::uint32_t>(n);
-  last_seen_ = memory.take<std::uint32_t>(n);
-  label_frame_ = memory.take<std::uint32_t>(n);
+  headers_ = memory.take<Header>(n);
   updates_ = memory.take<std::uint8_t>(n);
   neighbours_ = memory.take<BlockIndex>(n * 8);
   free_ = memory.take<BlockIndex>(n);
   hash_.bind(memory, n);
-  std::fill(keys_.begin(), keys_.end(), kNoKey);
+  occupancy_.bind(memory, n);
   std::fill(neighbours_.begin(), neighbours_.end(), kNoBlock);
   // Lowest index on top: a fresh map fills the pool in visit order, so that neighbours in space lie near in
   // memory.
@@ -103,15 +98,15 @@ void Map::bind(rt::Slice memory, const MapConfig& config) {
 }
 
 void Map::write_begin(BlockIndex block) noexcept {
-  std::atomic_ref sequence(sequence_[block]);
-  sequence.store(sequence_[block] + 1, std::memory_order_relaxed);
+  std::atomic_ref sequence(headers_[block].sequence);
+  sequence.store(headers_[block].sequence + 1, std::memory_order_relaxed);
   // Pairs with the acquire fence of sequence_validate(): a reader that saw any new word sees the odd counter.
   std::atomic_thread_fence(std::memory_order_release);
 }
 
 void Map::write_end(BlockIndex block) noexcept {
   // Pairs with the acquire load of sequence_begin(): a reader that sees the even counter sees all words.
-  std::atomic_ref(sequence_[block]).store(sequence_[block] + 1, std::memory_order_release);
+  std::atomic_ref(headers_[block].sequence).store(headers_[block].sequence + 1, std::memory_order_release);
 }
 
 BlockIndex Map::find_or_allocate(BlockKey key) noexcept {
@@ -133,8 +128,8 @@ BlockIndex Map::find_or_allocate(BlockKey key) noexcept {
   fill_words(&label_[std::size_t{block} * kBlockCells], 0, kBlockCells);
   fill_words(&refined_low_[block * kRefinedLowWords], 0, kRefinedLowWords);
   fill_words(&refined_high_[block * kRefinedHighWords], 0, kRefinedHighWords);
-  std::atomic_ref(label_frame_[block]).store(0, std::memory_order_relaxed);
-  std::atomic_ref(keys_[block]).store(key, std::memory_order_relaxed);
+  std::atomic_ref(headers_[block].label_frame).store(0, std::memory_order_relaxed);
+  std::atomic_ref(headers_[block].key).store(key, std::memory_order_relaxed);
   write_end(block);
   updates_[block] = 0;
   const BlockCoord c = coord_of(key);
@@ -145,6 +140,7 @@ BlockIndex Map::find_or_allocate(BlockKey key) noexcept {
     if (const BlockIndex lower = hash_.find(key_of(offset(c, m, -1))); lower != kNoBlock)
       neighbours_[lower * 8u + m] = block;
   }
+  occupancy_.add(c);
   hash_.insert(key, block);
   ++counters_.allocated;
   counters_.used_high_water = std::max(counters_.used_high_water, blocks_used());
@@ -152,13 +148,14 @@ BlockIndex Map::find_or_allocate(BlockKey key) noexcept {
 }
 
 void Map::evict(BlockIndex block) noexcept {
-  const BlockKey key = keys_[block];
+  const BlockKey key = headers_[block].key;
   TACTUS_ASSERT(key != kNoKey);
   hash_.erase(key);
   write_begin(block);
-  std::atomic_ref(keys_[block]).store(kNoKey, std::memory_order_relaxed);
+  std::atomic_ref(headers_[block].key).store(kNoKey, std::memory_order_relaxed);
   write_end(block);
   const BlockCoord c = coord_of(key);
+  occupancy_.remove(c);
   for (unsigned m = 1; m < 8; ++m)
     if (const BlockIndex lower = hash_.find(key_of(offset(c, m, -1))); lower != kNoBlock)
       neighbours_[lower * 8u + m] = kNoBlock;
@@ -180,7 +177,7 @@ void Map::publish_labels(BlockIndex block, std::span<const LabelWord, kBlockCell
                          std::uint32_t frame) noexcept {
   write_begin(block);
   store_words(&label_[std::size_t{block} * kBlockCells], labels.data(), kBlockCells);
-  std::atomic_ref(label_frame_[block]).store(frame, std::memory_order_relaxed);
+  std::atomic_ref(headers_[block].label_frame).store(frame, std::memory_order_relaxed);
   write_end(block);
 }
 
@@ -215,51 +212,14 @@ void Map::publish_pins(BlockIndex block, std::uint64_t cells, label::RefinedWord
     words[static_cast<std::size_t>(c)] = (cells >> c & 1U) != 0 ? word : refined_concurrent(block, c);
   write_begin(block);
   store_refined(block, words);
-  std::atomic_ref(label_frame_[block])
-      .store(std::max(frame, label_frame_[block] + 1), std::memory_order_relaxed);
+  std::atomic_ref(headers_[block].label_frame)
+      .store(std::max(frame, headers_[block].label_frame + 1), std::memory_order_relaxed);
   write_end(block);
-}
-
-std::uint32_t Map::sequence_begin(BlockIndex block) const noexcept {
-  return std::atomic_ref(sequence_[block]).load(std::memory_order_acquire);
-}
-
-bool Map::sequence_validate(BlockIndex block, std::uint32_t begun) const noexcept {
-  std::atomic_thread_fence(
-      std::memory_order_acquire);  // the words read before may not be read after the counter
-  return (begun & 1u) == 0 && std::atomic_ref(sequence_[block]).load(std::memory_order_relaxed) == begun;
-}
-
-BlockKey Map::key_concurrent(BlockIndex block) const noexcept {
-  return std::atomic_ref(keys_[block]).load(std::memory_order_relaxed);
-}
-
-std::int16_t Map::tsdf_concurrent(BlockIndex block, int voxel) const noexcept {
-  const auto v = static_cast<std::size_t>(voxel);
-  return static_cast<std::int16_t>(load_word(tsdf_, block * kTsdfWords + v / 4) >> (16 * (v % 4)));
 }
 
 std::uint8_t Map::weight_concurrent(BlockIndex block, int voxel) const noexcept {
   const auto v = static_cast<std::size_t>(voxel);
   return static_cast<std::uint8_t>(load_word(weight_, block * kWeightWords + v / 8) >> (8 * (v % 8)));
-}
-
-ColorCell Map::color_concurrent(BlockIndex block, int cell) const noexcept {
-  const auto c = static_cast<std::size_t>(cell);
-  const auto word =
-      static_cast<std::uint32_t>(load_word(color_, block * kColorWords + c / 2) >> (32 * (c % 2)));
-  return std::bit_cast<ColorCell>(word);
-}
-
-LabelWord Map::label_concurrent(BlockIndex block, int cell) const noexcept {
-  return load_word(label_, std::size_t{block} * kBlockCells + static_cast<std::size_t>(cell));
-}
-
-label::RefinedWord Map::refined_concurrent(BlockIndex block, int cell) const noexcept {
-  const auto c = static_cast<std::size_t>(cell);
-  const std::uint64_t low = load_word(refined_low_, block * kRefinedLowWords + c / 8) >> (8 * (c % 8));
-  const std::uint64_t high = load_word(refined_high_, block * kRefinedHighWords + c / 4) >> (16 * (c % 4));
-  return static_cast<label::RefinedWord>((low & 0xFFU) | (high & 0xFFFFU) << 8);
 }
 
 bool Map::copy_concurrent(BlockIndex block, BlockCopy& out) const noexcept {
@@ -277,14 +237,10 @@ bool Map::copy_concurrent(BlockIndex block, BlockCopy& out) const noexcept {
   return false;
 }
 
-std::uint32_t Map::label_frame_concurrent(BlockIndex block) const noexcept {
-  return std::atomic_ref(label_frame_[block]).load(std::memory_order_relaxed);
-}
-
 Map::Hash Map::hash_content() const {
   std::vector<BlockKey> live;
-  for (BlockKey k : keys_)
-    if (k != kNoKey) live.push_back(k);
+  for (const Header& header : headers_)
+    if (header.key != kNoKey) live.push_back(header.key);
   std::sort(live.begin(), live.end());
   Hash hash{14695981039346656037ull, 14695981039346656037ull};
   for (BlockKey k : live) {

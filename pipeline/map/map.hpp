@@ -14,12 +14,14 @@
 #pragma once
 
 #include <atomic>
+#include <bit>
 #include <cstdint>
 #include <span>
 
 #include "pipeline/label/refined_word.hpp"
 #include "pipeline/map/block.hpp"
 #include "pipeline/map/block_hash.hpp"
+#include "pipeline/map/occupancy.hpp"
 #include "rt/slice.hpp"
 
 namespace tactus::map {
@@ -87,10 +89,11 @@ class Map {
   /// Gives the cells of a mask this word: pinned_word(), or 0 to take a pin back. Counts as labelled in
   /// `frame`, or in the frame after the last label if that is later, so that refinement looks at the block
   /// again.
-  void publish_pins(BlockIndex block, std::uint64_t cells, label::RefinedWord word, std::uint32_t frame) noexcept;
+  void publish_pins(BlockIndex block, std::uint64_t cells, label::RefinedWord word,
+                    std::uint32_t frame) noexcept;
 
   [[nodiscard]] const BlockHash& hash() const noexcept { return hash_; }
-  [[nodiscard]] BlockKey key(BlockIndex block) const noexcept { return keys_[block]; }
+  [[nodiscard]] BlockKey key(BlockIndex block) const noexcept { return headers_[block].key; }
   [[nodiscard]] const std::int16_t* tsdf(BlockIndex block) const noexcept {
     return reinterpret_cast<const std::int16_t*>(&tsdf_[block * kTsdfWords]);
   }
@@ -107,23 +110,69 @@ class Map {
   [[nodiscard]] const BlockIndex* neighbours(BlockIndex block) const noexcept {
     return &neighbours_[block * 8u];
   }
-  [[nodiscard]] std::uint32_t last_seen_frame(BlockIndex block) const noexcept { return last_seen_[block]; }
+  [[nodiscard]] std::uint32_t last_seen_frame(BlockIndex block) const noexcept {
+    return headers_[block].last_seen;
+  }
   /// How often the block's voxels were published since it was made; stays at 255.
   [[nodiscard]] std::uint8_t updates_count(BlockIndex block) const noexcept { return updates_[block]; }
-  void set_last_seen_frame(BlockIndex block, std::uint32_t frame) noexcept { last_seen_[block] = frame; }
+  void set_last_seen_frame(BlockIndex block, std::uint32_t frame) noexcept {
+    headers_[block].last_seen = frame;
+  }
 
   // Any thread, lock-free: the reader's primitives (reader.cpp).
-  [[nodiscard]] BlockIndex find_concurrent(BlockKey key) const noexcept { return hash_.find_concurrent(key); }
+  [[nodiscard]] BlockIndex find_concurrent(BlockKey key) const noexcept {
+    return occupancy_.may_hold(key) ? hash_.find_concurrent(key) : kNoBlock;
+  }
+  /// False: nothing is mapped in the cube of blocks that this one lies in (Occupancy::kCubeSideBlocks).
+  [[nodiscard]] bool may_hold_cube(const BlockCoord& block) const noexcept {
+    return occupancy_.may_hold_cube(block);
+  }
+  /// Asks the cache for what a cell holds besides its voxels.
+  void prefetch_cell(BlockIndex block, int cell) const noexcept {
+    const auto c = static_cast<std::size_t>(cell);
+    __builtin_prefetch(&label_[std::size_t{block} * kBlockCells + c]);
+    __builtin_prefetch(&color_[block * kColorWords + c / 2]);
+    __builtin_prefetch(&refined_low_[block * kRefinedLowWords + c / 8]);
+    __builtin_prefetch(&refined_high_[block * kRefinedHighWords + c / 4]);
+  }
   /// Even and unchanged around a read that also saw key(block) == the key asked for: the read is good.
-  [[nodiscard]] std::uint32_t sequence_begin(BlockIndex block) const noexcept;
-  [[nodiscard]] bool sequence_validate(BlockIndex block, std::uint32_t begun) const noexcept;
-  [[nodiscard]] BlockKey key_concurrent(BlockIndex block) const noexcept;
-  [[nodiscard]] std::int16_t tsdf_concurrent(BlockIndex block, int voxel) const noexcept;
+  [[nodiscard]] std::uint32_t sequence_begin(BlockIndex block) const noexcept {
+    return std::atomic_ref(const_cast<std::uint32_t&>(headers_[block].sequence))
+        .load(std::memory_order_acquire);
+  }
+  [[nodiscard]] bool sequence_validate(BlockIndex block, std::uint32_t begun) const noexcept {
+    // The words read before may not be read after the counter.
+    std::atomic_thread_fence(std::memory_order_acquire);
+    return (begun & 1u) == 0 && std::atomic_ref(const_cast<std::uint32_t&>(headers_[block].sequence))
+                                        .load(std::memory_order_relaxed) == begun;
+  }
+  [[nodiscard]] BlockKey key_concurrent(BlockIndex block) const noexcept {
+    return std::atomic_ref(const_cast<BlockKey&>(headers_[block].key)).load(std::memory_order_relaxed);
+  }
+  [[nodiscard]] std::int16_t tsdf_concurrent(BlockIndex block, int voxel) const noexcept {
+    const auto v = static_cast<std::size_t>(voxel);
+    const std::uint64_t word = load_word(tsdf_, block * kTsdfWords + v / 4);
+    return static_cast<std::int16_t>(word >> (16 * (v % 4)));
+  }
   [[nodiscard]] std::uint8_t weight_concurrent(BlockIndex block, int voxel) const noexcept;
-  [[nodiscard]] ColorCell color_concurrent(BlockIndex block, int cell) const noexcept;
-  [[nodiscard]] LabelWord label_concurrent(BlockIndex block, int cell) const noexcept;
-  [[nodiscard]] label::RefinedWord refined_concurrent(BlockIndex block, int cell) const noexcept;
-  [[nodiscard]] std::uint32_t label_frame_concurrent(BlockIndex block) const noexcept;
+  [[nodiscard]] ColorCell color_concurrent(BlockIndex block, int cell) const noexcept {
+    const auto c = static_cast<std::size_t>(cell);
+    return std::bit_cast<ColorCell>(
+        static_cast<std::uint32_t>(load_word(color_, block * kColorWords + c / 2) >> (32 * (c % 2))));
+  }
+  [[nodiscard]] LabelWord label_concurrent(BlockIndex block, int cell) const noexcept {
+    return load_word(label_, std::size_t{block} * kBlockCells + static_cast<std::size_t>(cell));
+  }
+  [[nodiscard]] label::RefinedWord refined_concurrent(BlockIndex block, int cell) const noexcept {
+    const auto c = static_cast<std::size_t>(cell);
+    const std::uint64_t low = load_word(refined_low_, block * kRefinedLowWords + c / 8) >> (8 * (c % 8));
+    const std::uint64_t high = load_word(refined_high_, block * kRefinedHighWords + c / 4) >> (16 * (c % 4));
+    return static_cast<label::RefinedWord>((low & 0xFFU) | (high & 0xFFFFU) << 8);
+  }
+  [[nodiscard]] std::uint32_t label_frame_concurrent(BlockIndex block) const noexcept {
+    return std::atomic_ref(const_cast<std::uint32_t&>(headers_[block].label_frame))
+        .load(std::memory_order_relaxed);
+  }
   /// The whole block; false when it is not live or the writer changed it at every try. About 0.3 us.
   [[nodiscard]] bool copy_concurrent(BlockIndex block, BlockCopy& out) const noexcept;
   [[nodiscard]] std::uint32_t frame_concurrent() const noexcept {
@@ -142,9 +191,12 @@ class Map {
   static constexpr std::size_t kTsdfWords = kBlockVoxels * sizeof(std::int16_t) / 8;
   static constexpr std::size_t kWeightWords = kBlockVoxels / 8;
   static constexpr std::size_t kColorWords = kBlockCells * sizeof(ColorCell) / 8;
-  static constexpr std::size_t kRefinedLowWords = kBlockCells / 8;  // bits 0-7 of each cell's word
+  static constexpr std::size_t kRefinedLowWords = kBlockCells / 8;   // bits 0-7 of each cell's word
   static constexpr std::size_t kRefinedHighWords = kBlockCells / 4;  // bits 8-23
 
+  static std::uint64_t load_word(std::span<const std::uint64_t> words, std::size_t i) noexcept {
+    return std::atomic_ref(const_cast<std::uint64_t&>(words[i])).load(std::memory_order_relaxed);
+  }
   void store_refined(BlockIndex block, std::span<const label::RefinedWord, kBlockCells> refined) noexcept;
   void write_begin(BlockIndex block) noexcept;
   void write_end(BlockIndex block) noexcept;
@@ -152,10 +204,15 @@ class Map {
   MapConfig config_;
   MapCounters counters_;
   BlockHash hash_;
+  Occupancy occupancy_;
   std::span<std::uint64_t> tsdf_, weight_, color_, refined_low_, refined_high_;
   std::span<LabelWord> label_;
-  std::span<BlockKey> keys_;
-  std::span<std::uint32_t> sequence_, last_seen_, label_frame_;
+  // What a reader of a block looks at first: one line of the cache holds four.
+  struct alignas(16) Header {
+    BlockKey key = kNoKey;
+    std::uint32_t sequence = 0, label_frame = 0, last_seen = 0;
+  };
+  std::span<Header> headers_;
   std::span<std::uint8_t> updates_;
   std::span<BlockIndex> neighbours_;
   std::span<BlockIndex> free_;  // stack of free blocks

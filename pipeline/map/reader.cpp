@@ -12,58 +12,107 @@ namespace {
 // A block is changed once a frame, for a tenth of a microsecond: a second try nearly always succeeds.
 constexpr int kReadTries = 4;
 
-// The block a reader looked up last: neighbouring reads fall into it.
-struct BlockCache {
-  BlockKey key = kNoKey;
-  BlockIndex block = kNoBlock;
+// A ray looks at single voxels while these are farther from a surface than this; at the eight around a point
+// nearer by. The nearest voxel's centre is up to kNearestVoxels away.
+constexpr float kFarVoxels = 2.0f, kNearestVoxels = 0.87f;
+
+// The blocks that a reader looked up last, one of each parity along the axes: the up to eight blocks around a
+// point are of different parities, so none takes another's place.
+class BlockCache {
+ public:
+  explicit BlockCache(const Map& map) : map_(map) {}
+  BlockIndex find(const BlockCoord& at) {
+    const BlockKey key = key_of(at);
+    Entry& entry = entries_[(at.x & 1) | (at.y & 1) << 1 | (at.z & 1) << 2];
+    if (entry.key != key) entry = {key, map_.find_concurrent(key)};
+    return entry.block;
+  }
+
+ private:
+  struct Entry {
+    BlockKey key = kNoKey;  // and kNoBlock: nothing is mapped beyond the key's range
+    BlockIndex block = kNoBlock;
+  };
+  const Map& map_;
+  Entry entries_[8];
 };
 
-BlockIndex lookup(const Map& map, BlockKey key, BlockCache& cache) {
-  if (key == cache.key) return cache.block;
-  const BlockIndex block = key == kNoKey ? kNoBlock : map.find_concurrent(key);
-  cache = {key, block};
-  return block;
-}
-
-BlockKey key_of_voxel(int i, int j, int k) { return key_of({block_of(i), block_of(j), block_of(k)}); }
-
-// Eight voxels around lattice point (i, j, k), those of one block from one moment. False: unknown.
-bool read_corners(const Map& map, int i, int j, int k, float (&v)[8], BlockCache& cache) {
-  unsigned done = 0;
-  for (unsigned first = 0; first < 8; ++first) {
-    if (done & (1u << first)) continue;
-    const auto corner = [&](unsigned c) {
-      return Vec3<int>{i + static_cast<int>(c & 1u), j + static_cast<int>(c >> 1 & 1u),
-                       k + static_cast<int>(c >> 2)};
-    };
-    const Vec3<int> at = corner(first);
-    const BlockKey key = key_of_voxel(at.x, at.y, at.z);
-    const BlockIndex block = lookup(map, key, cache);
-    if (block == kNoBlock) return false;
-    bool good = false;
-    unsigned in_this = 0;
-    for (int attempt = 0; attempt < kReadTries && !good; ++attempt) {
-      const std::uint32_t begun = map.sequence_begin(block);
-      in_this = 0;
-      bool known = map.key_concurrent(block) == key;
-      for (unsigned c = first; known && c < 8; ++c) {
-        const Vec3<int> p = corner(c);
-        if (key_of_voxel(p.x, p.y, p.z) != key) continue;
-        const std::int16_t raw =
-            map.tsdf_concurrent(block, voxel_index(in_block(p.x), in_block(p.y), in_block(p.z)));
-        known = raw != kTsdfUnknown;
-        v[c] = static_cast<float>(raw);
-        in_this |= 1u << c;
-      }
-      if (!map.sequence_validate(block, begun)) continue;
-      if (!known) return false;
-      good = true;
-    }
-    if (!good) return false;
-    done |= in_this;
+// Reads of one block from one moment: false when the writer changed it at every try or another took its
+// place.
+template <typename Read>
+bool read_block(const Map& map, BlockIndex block, BlockKey key, const Read& read) {
+  for (int attempt = 0; attempt < kReadTries; ++attempt) {
+    const std::uint32_t begun = map.sequence_begin(block);
+    const bool is_it = map.key_concurrent(block) == key;
+    if (is_it) read();
+    if (map.sequence_validate(block, begun)) return is_it;
   }
-  return true;
+  return false;
 }
+
+// Eight voxels around lattice point `at`, those of one block from one moment. False: unknown.
+bool read_corners(const Map& map, const Vec3<int>& at, std::int16_t (&v)[8], BlockCache& cache) {
+  const BlockCoord c{block_of(at.x), block_of(at.y), block_of(at.z)};
+  const int x = in_block(at.x), y = in_block(at.y), z = in_block(at.z);
+  constexpr int kLast = kBlockSide - 1;
+  // A bit for each axis along which the corners lie in two blocks: none for two points of three.
+  const unsigned across = (x == kLast ? 1u : 0u) | (y == kLast ? 2u : 0u) | (z == kLast ? 4u : 0u);
+  if (across == 0) {
+    const BlockIndex block = cache.find(c);
+    if (block == kNoBlock) return false;
+    const int first = voxel_index(x, y, z);
+    const bool is_read = read_block(map, block, key_of(c), [&] {
+      for (int row = 0; row < 4; ++row) {
+        const int voxel = first + (row & 1) * kBlockSide + (row >> 1) * kBlockSide * kBlockSide;
+        v[2 * row] = map.tsdf_concurrent(block, voxel);
+        v[2 * row + 1] = map.tsdf_concurrent(block, voxel + 1);
+      }
+    });
+    if (!is_read) return false;
+  } else {
+    BlockIndex block[8];
+    for (unsigned side = across;; side = (side - 1) & across) {  // the subsets of `across`
+      block[side] = cache.find({c.x + static_cast<int>(side & 1u), c.y + static_cast<int>(side >> 1 & 1u),
+                                c.z + static_cast<int>(side >> 2)});
+      if (block[side] == kNoBlock) return false;
+      if (side == 0) break;
+    }
+    const int column[2] = {x, (x + 1) & kLast}, line[2] = {y, (y + 1) & kLast},
+              slice[2] = {z, (z + 1) & kLast};
+    for (unsigned side = across;; side = (side - 1) & across) {
+      const BlockCoord at_side{c.x + static_cast<int>(side & 1u), c.y + static_cast<int>(side >> 1 & 1u),
+                               c.z + static_cast<int>(side >> 2)};
+      const bool is_read = read_block(map, block[side], key_of(at_side), [&] {
+        const unsigned within = ~across & 7u;
+        for (unsigned more = within;; more = (more - 1) & within) {
+          const unsigned corner = side | more;
+          v[corner] = map.tsdf_concurrent(
+              block[side], voxel_index(column[corner & 1u], line[corner >> 1 & 1u], slice[corner >> 2]));
+          if (more == 0) break;
+        }
+      });
+      if (!is_read) return false;
+      if (side == 0) break;
+    }
+  }
+  bool is_known = true;
+  for (const std::int16_t raw : v) is_known = is_known && raw != kTsdfUnknown;
+  return is_known;
+}
+
+// Beyond the key's range nothing is mapped; and a float that large has no voxel left in it.
+bool is_in_extent(const Vec3f& lattice) {
+  return std::fabs(lattice.x) < 16384.0f && std::fabs(lattice.y) < 16384.0f &&
+         std::fabs(lattice.z) < 16384.0f;
+}
+
+// Without a call into libm, which baseline x86-64 would make. Within the extent only.
+inline int floor_of(float v) {
+  const int truncated = static_cast<int>(v);
+  return truncated - (static_cast<float>(truncated) > v ? 1 : 0);
+}
+inline Vec3<int> floor_of(const Vec3f& p) { return {floor_of(p.x), floor_of(p.y), floor_of(p.z)}; }
+inline Vec3<int> nearest_voxel(const Vec3f& p) { return floor_of(p + Vec3f{0.5f, 0.5f, 0.5f}); }
 
 struct FieldSample {
   float value;     // truncations
@@ -71,16 +120,14 @@ struct FieldSample {
 };
 
 bool read_field(const Map& map, const Vec3f& lattice, FieldSample& out, BlockCache& cache) {
-  // Beyond the key's range nothing is mapped; and a float that large has no voxel left in it.
-  if (!(std::fabs(lattice.x) < 16384.0f && std::fabs(lattice.y) < 16384.0f &&
-        std::fabs(lattice.z) < 16384.0f))
-    return false;
-  const Vec3f floor{std::floor(lattice.x), std::floor(lattice.y), std::floor(lattice.z)};
+  if (!is_in_extent(lattice)) return false;
+  const Vec3<int> base = floor_of(lattice);
+  std::int16_t raw[8];
+  if (!read_corners(map, base, raw, cache)) return false;
   float v[8];
-  if (!read_corners(map, static_cast<int>(floor.x), static_cast<int>(floor.y), static_cast<int>(floor.z), v,
-                    cache))
-    return false;
-  const Vec3f t = lattice - floor;
+  for (int c = 0; c < 8; ++c) v[c] = static_cast<float>(raw[c]);
+  const Vec3f t =
+      lattice - Vec3f{static_cast<float>(base.x), static_cast<float>(base.y), static_cast<float>(base.z)};
   const auto lerp = [](float a, float b, float s) { return a + (b - a) * s; };
   const float d00 = v[1] - v[0], d10 = v[3] - v[2], d01 = v[5] - v[4], d11 = v[7] - v[6];
   const float c00 = v[0] + d00 * t.x, c10 = v[2] + d10 * t.x, c01 = v[4] + d01 * t.x, c11 = v[6] + d11 * t.x;
@@ -95,25 +142,20 @@ bool read_field(const Map& map, const Vec3f& lattice, FieldSample& out, BlockCac
 
 // What the cell around a point of the surface holds.
 void read_cell(const Map& map, const Vec3f& lattice, LabelView view, SurfacePoint& out, BlockCache& cache) {
-  const int i = static_cast<int>(std::floor(lattice.x + 0.5f)),
-            j = static_cast<int>(std::floor(lattice.y + 0.5f)),
-            k = static_cast<int>(std::floor(lattice.z + 0.5f));
-  const BlockKey key = key_of_voxel(i, j, k);
-  const BlockIndex block = lookup(map, key, cache);
-  const int cell = cell_of_voxel(in_block(i), in_block(j), in_block(k));
+  const Vec3<int> at = nearest_voxel(lattice);
+  const BlockCoord c{block_of(at.x), block_of(at.y), block_of(at.z)};
+  const BlockIndex block = cache.find(c);
+  const int cell = cell_of_voxel(in_block(at.x), in_block(at.y), in_block(at.z));
   LabelWord word = 0;
   label::RefinedWord refined = 0;
   ColorCell color;
   std::uint32_t frame = 0;
-  bool good = false;
-  for (int attempt = 0; attempt < kReadTries && !good && block != kNoBlock; ++attempt) {
-    const std::uint32_t begun = map.sequence_begin(block);
-    word = map.label_concurrent(block, cell);
-    refined = map.refined_concurrent(block, cell);
-    color = map.color_concurrent(block, cell);
-    frame = map.label_frame_concurrent(block);
-    good = map.key_concurrent(block) == key && map.sequence_validate(block, begun);
-  }
+  const bool good = block != kNoBlock && read_block(map, block, key_of(c), [&] {
+                      word = map.label_concurrent(block, cell);
+                      refined = map.refined_concurrent(block, cell);
+                      color = map.color_concurrent(block, cell);
+                      frame = map.label_frame_concurrent(block);
+                    });
   if (!good) word = 0;
   if (!good || view == LabelView::fused) refined = 0;
   out.color = {color.r, color.g, color.b};
@@ -135,7 +177,7 @@ float Reader::voxel_size_m() const noexcept { return map_->config().voxel_size_m
 float Reader::truncation_m() const noexcept { return map_->config().truncation_m; }
 
 bool Reader::distance(const Vec3f& p_world_m, float& distance_m) const noexcept {
-  BlockCache cache;
+  BlockCache cache(*map_);
   FieldSample sample;
   if (!read_field(*map_, p_world_m * (1.0f / voxel_size_m()), sample, cache)) return false;
   distance_m = sample.value * truncation_m();
@@ -143,7 +185,7 @@ bool Reader::distance(const Vec3f& p_world_m, float& distance_m) const noexcept 
 }
 
 bool Reader::sample(const Vec3f& p_world_m, DistanceSample& out) const noexcept {
-  BlockCache cache;
+  BlockCache cache(*map_);
   FieldSample sample;
   if (!read_field(*map_, p_world_m * (1.0f / voxel_size_m()), sample, cache)) return false;
   out.distance_m = sample.value * truncation_m();
@@ -158,32 +200,51 @@ bool Reader::raycast(const Vec3f& origin_world_m, const Vec3f& direction_world, 
   if (direction == Vec3f{}) return false;
   const Vec3f origin = origin_world_m * to_voxels;
   const float range = range_m_max * to_voxels, truncation = truncation_m() * to_voxels;
-  BlockCache cache;
+  BlockCache cache(*map_);
   float s = 0, s_front = 0, f_front = -1;  // last read in front of a surface, f_front < 0: none
   FieldSample sample{};
   const auto at = [&](float along) { return origin + direction * along; };
+  const Vec3f inverse{1 / direction.x, 1 / direction.y, 1 / direction.z};  // may be infinite
   while (s <= range) {
-    if (!read_field(*map_, at(s), sample, cache)) {
+    const Vec3f p = at(s);
+    if (!is_in_extent(p)) {
       f_front = -1;
-      // An absent block is left in one step; inside a known one unobserved voxels are passed one by one.
-      const Vec3f p = at(s);
-      const bool absent =
-          lookup(*map_,
-                 key_of_voxel(static_cast<int>(std::floor(p.x)), static_cast<int>(std::floor(p.y)),
-                              static_cast<int>(std::floor(p.z))),
-                 cache) == kNoBlock;
-      if (!absent) {
-        s += 1.0f;
-        continue;
-      }
+      s += kBlockSide;
+      continue;
+    }
+    // The nearest voxel first: it is one of the eight, and far from a surface it says enough.
+    const Vec3<int> voxel = nearest_voxel(p);
+    const BlockCoord c{block_of(voxel.x), block_of(voxel.y), block_of(voxel.z)};
+    const BlockIndex block = cache.find(c);
+    if (block == kNoBlock) {  // left in one step, and empty cubes of blocks likewise
+      f_front = -1;
+      const int blocks = map_->may_hold_cube(c) ? 1 : Occupancy::kCubeSideBlocks;
+      const auto exit_along = [blocks](float from, float slope_inverse, std::int32_t block_coord) {
+        const float low = static_cast<float>((block_coord & -blocks) * kBlockSide) - 0.5f;
+        const float side = static_cast<float>(blocks * kBlockSide);
+        return ((slope_inverse > 0 ? low + side : low) - from) * slope_inverse;
+      };
       float exit = 1e9f;
-      const float position[3] = {p.x, p.y, p.z}, slope[3] = {direction.x, direction.y, direction.z};
-      for (int axis = 0; axis < 3; ++axis) {
-        const float block = std::floor(position[axis] / kBlockSide) * kBlockSide;
-        if (slope[axis] > 0) exit = std::min(exit, (block + kBlockSide - position[axis]) / slope[axis]);
-        if (slope[axis] < 0) exit = std::min(exit, (block - position[axis]) / slope[axis]);
-      }
+      if (direction.x != 0) exit = std::min(exit, exit_along(p.x, inverse.x, c.x));
+      if (direction.y != 0) exit = std::min(exit, exit_along(p.y, inverse.y, c.y));
+      if (direction.z != 0) exit = std::min(exit, exit_along(p.z, inverse.z, c.z));
       s += std::max(exit, 0.0f) + 0.01f;
+      continue;
+    }
+    std::int16_t raw = kTsdfUnknown;
+    const int index = voxel_index(in_block(voxel.x), in_block(voxel.y), in_block(voxel.z));
+    if (!read_block(*map_, block, key_of(c), [&] { raw = map_->tsdf_concurrent(block, index); }))
+      raw = kTsdfUnknown;
+    const float near = static_cast<float>(raw) * (1 / kTsdfScale);
+    if (raw != kTsdfUnknown && near * truncation > kFarVoxels) {
+      s_front = s;
+      f_front = near;
+      s += 0.9f * (near * truncation - kNearestVoxels);
+      continue;
+    }
+    if (raw == kTsdfUnknown || !read_field(*map_, p, sample, cache)) {
+      f_front = -1;
+      s += 1.0f;  // unobserved voxels inside a known block are passed one by one
       continue;
     }
     if (sample.value > 0) {
@@ -192,7 +253,10 @@ bool Reader::raycast(const Vec3f& origin_world_m, const Vec3f& direction_world, 
       s += std::max(0.9f * sample.value * truncation, 0.5f);
       continue;
     }
-    if (f_front > 0) break;
+    if (f_front > 0) {
+      map_->prefetch_cell(block, cell_of_voxel(in_block(voxel.x), in_block(voxel.y), in_block(voxel.z)));
+      break;
+    }
     s += 1.0f;  // inside something that was entered from unobserved space: its back face is no hit
   }
   if (!(s <= range) || !(f_front > 0)) return false;
@@ -224,7 +288,14 @@ bool Reader::nearest_surface(const Vec3f& p_world_m, SurfacePoint& out) const no
   constexpr float kFoundVoxels = 0.05f;
   const float truncation = truncation_m() / voxel_size_m();
   Vec3f p = p_world_m * (1.0f / voxel_size_m());
-  BlockCache cache;
+  BlockCache cache(*map_);
+  // The point is off the surface by a cell or two at most: most often the same lines of the cache.
+  if (is_in_extent(p)) {
+    const Vec3<int> voxel = nearest_voxel(p);
+    const BlockIndex block = cache.find({block_of(voxel.x), block_of(voxel.y), block_of(voxel.z)});
+    if (block != kNoBlock)
+      map_->prefetch_cell(block, cell_of_voxel(in_block(voxel.x), in_block(voxel.y), in_block(voxel.z)));
+  }
   for (int step = 0; step < kStepsMax; ++step) {
     FieldSample sample;
     if (!read_field(*map_, p, sample, cache)) return false;
