@@ -37,7 +37,31 @@ constexpr std::array kKeys = {
           s.profile.spine.relocalizer.keyframes_capacity = static_cast<std::uint32_t>(v);
         }},
     Key{"keyframe.every_frames", 1, 1000,
-        [](RunSettings& s, double v) { s.profile.keyframe_every_frames = static_cast<std::uint32_t>(v); }},
+        [](RunSettings& s, double v) { s.profile.keyframes.every_frames = static_cast<std::uint32_t>(v); }},
+    Key{"keyframe.gap_min_frames", 1, 1000,
+        [](RunSettings& s, double v) { s.profile.keyframes.gap_min_frames = static_cast<std::uint32_t>(v); }},
+    Key{"keyframe.wait_max_frames", 0, 1000,
+        [](RunSettings& s, double v) {
+          s.profile.keyframes.wait_max_frames = static_cast<std::uint32_t>(v);
+        }},
+    Key{"keyframe.new_share", 0.01, 1,
+        [](RunSettings& s, double v) { s.profile.keyframes.new_share = static_cast<float>(v); }},
+    Key{"keyframe.weak_share", 0.01, 1,
+        [](RunSettings& s, double v) { s.profile.keyframes.weak_share = static_cast<float>(v); }},
+    Key{"keyframe.old_share", 0.01, 1,
+        [](RunSettings& s, double v) { s.profile.keyframes.old_share = static_cast<float>(v); }},
+    Key{"keyframe.weak_observations", 1, 127,
+        [](RunSettings& s, double v) {
+          s.profile.keyframes.weak_observations = static_cast<std::uint32_t>(v);
+        }},
+    Key{"keyframe.old_frames", 1, 100000,
+        [](RunSettings& s, double v) { s.profile.keyframes.old_frames = static_cast<std::uint32_t>(v); }},
+    Key{"keyframe.view_change_share", 0.01, 1,
+        [](RunSettings& s, double v) { s.profile.keyframes.view_change_share = static_cast<float>(v); }},
+    Key{"keyframe.blur_max_px", 0.1, 100,
+        [](RunSettings& s, double v) { s.profile.keyframes.blur_max_px = static_cast<float>(v); }},
+    Key{"keyframe.exposure_share", 0, 1,
+        [](RunSettings& s, double v) { s.profile.keyframes.exposure_share = static_cast<float>(v); }},
     Key{"threads", 1, 4, [](RunSettings& s, double v) { s.profile.threads_count = static_cast<int>(v); }},
     Key{"bodies", 1, 256,
         [](RunSettings& s, double v) { s.profile.bodies_capacity = static_cast<std::size_t>(v); }},
@@ -50,7 +74,7 @@ constexpr std::array kKeys = {
 std::string known_keys() {
   std::string names;
   for (const Key& key : kKeys) names += std::string(names.empty() ? "" : ", ") + key.name;
-  return names + ", labels.source, labels.class_map, labels.crf";
+  return names + ", labels.source, labels.class_map, labels.crf, labels.keyframes";
 }
 
 rt::Result<void> apply(RunSettings& settings, const std::string& key, const std::string& text,
@@ -62,6 +86,13 @@ rt::Result<void> apply(RunSettings& settings, const std::string& key, const std:
   if (key == "labels.crf") {
     if (text != "on" && text != "off") return wrong(where, "labels.crf is on or off, not '" + text + "'.");
     settings.profile.refines_labels = text == "on";
+    return {};
+  }
+  if (key == "labels.keyframes") {
+    if (text != "every" && text != "adaptive")
+      return wrong(where, "labels.keyframes is every or adaptive, not '" + text + "'.");
+    settings.profile.keyframes.policy =
+        text == "every" ? segment::KeyframePolicy::every : segment::KeyframePolicy::adaptive;
     return {};
   }
   if (key == "labels.source") {
@@ -132,9 +163,12 @@ rt::Result<void> apply_file(RunSettings& settings, const std::string& file) {
 const char* settings_help() {
   return "Keys of --set and of a profile file (TOML; base = \"x86\" | \"headset\" first):\n"
          "  map.blocks_capacity map.voxel_size_m map.truncation_m map.free_blocks_min depth.max_m\n"
-         "  relocalize.keyframes keyframe.every_frames threads bodies memory.max_mib trace.records\n"
+         "  relocalize.keyframes threads bodies memory.max_mib trace.records\n"
          "  labels.source = auto | network | truth | off      labels.class_map = FILE.toml\n"
-         "  labels.crf = on | off\n";
+         "  labels.crf = on | off      labels.keyframes = every | adaptive\n"
+         "  keyframe.every_frames; of adaptive: keyframe.gap_min_frames .wait_max_frames .new_share "
+         ".weak_share\n"
+         "  .weak_observations .old_share .old_frames .view_change_share .blur_max_px .exposure_share\n";
 }
 
 rt::Result<RunSettings> read_settings(const std::string& profile, std::span<const std::string> settings) {

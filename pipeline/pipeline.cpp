@@ -226,7 +226,10 @@ rt::Status Pipeline::capture_round(rt::Clock clock) noexcept {
     }
   }
   frame.has_labels = false;
-  if (setup_.labels_from_source && frame.header.sequence % setup_.profile.keyframe_every_frames == 0)
+  const segment::KeyframeRules& rules = setup_.profile.keyframes;
+  // By need, any frame may be one.
+  if (setup_.labels_from_source &&
+      (rules.policy == segment::KeyframePolicy::adaptive || frame.header.sequence % rules.every_frames == 0))
     frame.has_labels = sensor.labels->read(frame.header.sequence, frame.labels) == rt::Status::ok;
   ++counts_.frames_in;
   rt::StageRecord& record = records_[static_cast<std::size_t>(Stage::capture)];
@@ -279,8 +282,10 @@ rt::Status Pipeline::spine_round(rt::Clock clock, rt::HostTime deadline) noexcep
       trajectory_.push_back({frame->header.time, result.T_world_depth});
     if (result.relocalized) ++counts_.relocalisations;
     fill_keyframe(*frame);
+    T_world_before_ = result.T_world_depth;
   } else {
     ++counts_.frames_lost;
+    T_world_before_.reset();
   }
   if (const auto oldest = to_present_in_->push(std::move(frame).into_id())) frames_.drop(*oldest);
   if (frame_series_ms_.size() < frame_series_ms_.capacity())
@@ -294,12 +299,60 @@ rt::Status Pipeline::place(rt::SensorTime time) noexcept {
   return spine_.miss();
 }
 
-void Pipeline::fill_keyframe(const SensorFrame& frame) noexcept {
-  const bool has_input =
-      setup_.labels_from_source ? frame.has_labels : segmenter_.has_value() && frame.has_rgb;
+LabelSurvey Pipeline::survey() const noexcept {
+  LabelSurveyInput input;
+  input.map = &spine_.map();
+  input.model = &spine_.model();
+  input.color_pixels = spine_.color_pixels();
+  // What segment writes meanwhile into a slot that is under way is not read here.
+  std::array<KeyframeUnderWay, kKeyframeSlots> under_way;
+  std::size_t count = 0;
+  for (std::size_t slot = 0; slot < kKeyframeSlots; ++slot)
+    if (!keyframe_is_free_[slot])
+      under_way[count++] = {keyframes_[slot].T_world_depth, keyframes_[slot].half_depth_m};
+  input.under_way = std::span(under_way).first(count);
+  // A pose that was searched for tells nothing of how fast the camera went there.
+  if (!spine_.result().relocalized) input.T_world_before = T_world_before_;
+  if (has_keyframe_) input.T_world_keyframe = T_world_keyframe_;
+  input.frame_index = spine_.frame_index();
+  input.weak_observations = setup_.profile.keyframes.weak_observations;
+  input.old_frames = setup_.profile.keyframes.old_frames;
+  return survey_labels(input);
+}
+
+bool Pipeline::is_keyframe() noexcept {
+  const segment::KeyframeRules& rules = setup_.profile.keyframes;
   const std::uint32_t index = spine_.frame_index();
-  const bool due = !has_keyframe_ || index - last_keyframe_index_ >= setup_.profile.keyframe_every_frames;
-  if (!has_input || !(due || setup_.labels_from_source)) return;
+  segment::KeyframeFacts facts;
+  if (has_keyframe_) facts.frames_since_last = index - last_keyframe_index_;
+  if (rules.policy == segment::KeyframePolicy::every)
+    return segment::judge_keyframe(rules, facts) == segment::KeyframeVerdict::take;
+  if (has_keyframe_ && *facts.frames_since_last < rules.gap_min_frames) return false;  // whatever is seen
+  const LabelSurvey seen = survey();
+  const hal::RigCalibration& rig = setup_.sensor->calibration;
+  const auto color_px = static_cast<float>((rig.registered || !rig.has_color ? rig.depth.fx : rig.color.fx) /
+                                           spine_.half_camera().fx);
+  facts.frames_waited = waiting_since_index_ ? index - *waiting_since_index_ : 0;
+  facts.new_share = seen.share(seen.new_count);
+  facts.weak_share = seen.share(seen.weak_count);
+  facts.old_share = seen.share(seen.old_count);
+  if (seen.moved_since_keyframe_half_px)
+    facts.view_change_share =
+        *seen.moved_since_keyframe_half_px / static_cast<float>(spine_.half_camera().width);
+  if (seen.moved_half_px) facts.motion_px = *seen.moved_half_px * color_px;
+  const segment::KeyframeVerdict verdict = segment::judge_keyframe(rules, facts);
+  if (verdict == segment::KeyframeVerdict::not_needed) waiting_since_index_.reset();
+  if (verdict == segment::KeyframeVerdict::wait && !waiting_since_index_) waiting_since_index_ = index;
+  return verdict == segment::KeyframeVerdict::take;
+}
+
+void Pipeline::fill_keyframe(const SensorFrame& frame) noexcept {
+  if (!(setup_.labels_from_source ? frame.has_labels : segmenter_.has_value() && frame.has_rgb)) return;
+  // The source's labels were read for keyframes alone, unless any frame may be one.
+  const bool is_chosen =
+      setup_.labels_from_source && setup_.profile.keyframes.policy == segment::KeyframePolicy::every;
+  if (!is_chosen && !is_keyframe()) return;
+  const std::uint32_t index = spine_.frame_index();
   const auto free = std::find(keyframe_is_free_.begin(), keyframe_is_free_.end(), true);
   if (free == keyframe_is_free_.end()) return;  // every slot is under way: the next frame tries again
   const auto slot = static_cast<KeyframeSlot>(free - keyframe_is_free_.begin());
@@ -317,6 +370,8 @@ void Pipeline::fill_keyframe(const SensorFrame& frame) noexcept {
   keyframe_is_free_[slot] = false;
   has_keyframe_ = true;
   last_keyframe_index_ = index;
+  T_world_keyframe_ = keyframe.T_world_depth;
+  waiting_since_index_.reset();
   ++counts_.keyframes;
   if (const auto overtaken = to_segment_in_->push(slot)) {
     keyframe_is_free_[*overtaken] = true;

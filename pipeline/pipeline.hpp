@@ -5,7 +5,7 @@
 //   contact, render
 //                                  │   ▲                                 │
 //                   DropOldestRing ▼   │ SpscRing                        └─ Seqlock (pose) ─► anyone
-//                               segment (every 12th frame)
+//                               segment (keyframes)
 //   spine ─ the map, read without a lock ─► refine (3D CRF) ─ SpscRing ─► spine
 //
 // Two runners drive the same rounds: realtime (one thread each, runner.hpp) and lockstep (one thread, fixed
@@ -26,6 +26,7 @@
 #include "pipeline/contact/map_field.hpp"
 #include "pipeline/contact/world.hpp"
 #include "pipeline/interact/drop_script.hpp"
+#include "pipeline/label_survey.hpp"
 #include "pipeline/map/fuse_labels.hpp"
 #include "pipeline/map/pin_surface.hpp"
 #include "pipeline/map/reader.hpp"
@@ -175,6 +176,8 @@ class Pipeline {
   rt::Status timed(Stage stage, std::size_t trace, rt::Clock clock, rt::HostTime deadline,
                    Step&& step) noexcept;
   rt::Status place(rt::SensorTime time) noexcept;
+  [[nodiscard]] LabelSurvey survey() const noexcept;
+  bool is_keyframe() noexcept;
   void fill_keyframe(const SensorFrame& frame) noexcept;
   void begin_fusing(KeyframeSlot slot) noexcept;
   rt::Status fuse_answered() noexcept;
@@ -233,6 +236,9 @@ class Pipeline {
   std::array<Keyframe, kKeyframeSlots> keyframes_{};
   std::array<bool, kKeyframeSlots> keyframe_is_free_{};
   std::uint32_t last_keyframe_index_ = 0;
+  T_WorldDepth T_world_keyframe_;                     // of the last one
+  std::optional<std::uint32_t> waiting_since_index_;  // the frame that was the first to be too blurred
+  std::optional<T_WorldDepth> T_world_before_;        // of the frame before, when it was tracked
   // The keyframe whose labels are being fused, and how far that has come; by the spine alone.
   static constexpr std::size_t kBlocksPerKeyframe = 8192;  // it sees some 4000
   std::array<map::BlockIndex, kBlocksPerKeyframe> fusing_blocks_{};
@@ -242,8 +248,6 @@ class Pipeline {
 
   // refine
   std::uint32_t refined_frame_ = 0;
-  // capture
-  bool has_color_ahead_ = false;
   // present
   FrameRef view_;
   std::uint64_t frames_since_tracking_ = 0;

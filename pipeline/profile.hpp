@@ -8,6 +8,7 @@
 
 #include "pipeline/contact/world.hpp"
 #include "pipeline/map/refine_labels.hpp"
+#include "pipeline/segment/keyframe_policy.hpp"
 #include "pipeline/spine.hpp"
 #include "rt/time.hpp"
 
@@ -17,10 +18,10 @@ struct Profile {
   std::string_view name = "x86";
   SpineConfig spine;
   std::size_t bodies_capacity = 64;
-  std::uint32_t keyframe_every_frames = 12;  // the paper's trade-off between speed and accuracy (sec. IV-B)
-  bool refines_labels = true;  // by the 3D CRF
+  segment::KeyframeRules keyframes;
+  bool refines_labels = true;                                      // by the 3D CRF
   map::RefineConfig refine = map::RefineConfig::for_cells(22528);  // fewer where memory_bytes_max leaves less
-  int threads_count = 1;                     // of the spine's fork-join; results do not depend on it
+  int threads_count = 1;                              // of the spine's fork-join; results do not depend on it
   std::size_t network_bytes = std::size_t{48} << 20;  // taken only when a network is loaded
   std::size_t trace_records_count = 16384;  // per thread, 40 bytes each: the last 60 s of a 30 Hz session
   std::size_t memory_bytes_max = std::size_t{96} << 20;  // of the plan, without the network

@@ -46,7 +46,7 @@ inline constexpr std::array<WiringEdge, 15> kWiringEdges = {{
     {Stage::integrate, Stage::predict, "call", "map", 0,
      "the map evicts far blocks long unseen; when none is, allocation is refused; both are counted"},
     {Stage::predict, Stage::track, "call", "model view, for the next frame", 0, "cannot be"},
-    {Stage::predict, Stage::segment, "DropOldestRing", "KeyframeSlot, one frame in 12", 1,
+    {Stage::predict, Stage::segment, "DropOldestRing", "KeyframeSlot, one frame in 12 or by need", 1,
      "the waiting keyframe is replaced and counted"},
     {Stage::segment, Stage::fuse, "SpscRing", "KeyframeSlot with scores", kKeyframeSlots,
      "cannot be: it holds every slot there is"},
