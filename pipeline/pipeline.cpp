@@ -427,7 +427,8 @@ void Pipeline::begin_fusing(KeyframeSlot slot) noexcept {
 
 rt::Status Pipeline::fuse_answered() noexcept {
   KeyframeSlot slot = 0;
-  if (!fusing_ && to_fuse_out_->try_pop(slot)) begin_fusing(slot);
+  while (!fusing_ && to_fuse_out_->try_pop(slot))
+    begin_fusing(slot);  // one that the network refused begins nothing
   if (!fusing_) return rt::Status::skipped;
   const Keyframe& keyframe = keyframes_[*fusing_];
   const auto rest = std::span(fusing_blocks_).subspan(fusing_done_, fusing_count_ - fusing_done_);
