@@ -210,7 +210,8 @@ void add_study(CLI::App& root, const PipelineCommands& pipeline, StudyOptions& o
       pipeline.study_accuracy);
   add("errors", "What tracking, reconstruction, segmentation, fusion and ray-cast each cost in mean IU",
       pipeline.study_errors);
-  add("keyframes", "Accuracy, processor time and label age when one frame in N is labelled",
+  add("keyframes",
+      "Accuracy, processor time and label age when one frame in N is labelled, or frames by need",
       pipeline.study_keyframes);
 }
 

@@ -8,6 +8,7 @@
 #include "firmware_host/image_refiner.hpp"
 #include "firmware_host/label_crf.hpp"
 #include "firmware_host/true_depth.hpp"
+#include "pipeline/label_survey.hpp"
 #include "pipeline/label_view.hpp"
 #include "pipeline/source_scores.hpp"
 
@@ -144,6 +145,23 @@ std::vector<MaterialId> majority_truth(const LabelStudy& study) {
   return truth;
 }
 
+/// What the map knew of the visible surface, frame after frame.
+struct LiveLabels {
+  std::uint64_t surface_count = 0, unlabelled_count = 0, age_frames_sum = 0;
+
+  void add(const Spine& spine) {
+    LabelSurveyInput input;
+    input.map = &spine.map();
+    input.model = &spine.model();
+    input.color_pixels = spine.color_pixels();
+    input.frame_index = spine.frame_index();
+    const LabelSurvey survey = survey_labels(input);
+    surface_count += survey.surface_count;
+    unlabelled_count += survey.unlabelled_count;
+    age_frames_sum += survey.label_age_frames_sum;
+  }
+};
+
 double sum_ms(std::span<const float> series_ms) {
   double sum = 0;
   for (const float ms : series_ms)
@@ -190,6 +208,7 @@ rt::Result<LabelStudy> study_labels(const LabelStudyRequest& request) {
   if (!labeller) return labeller.error();
 
   ImageRefiner image_refiner;
+  LiveLabels live;
 
   LabelStudy study;
   study.camera = picture_camera_at({}, rig).intrinsics;
@@ -199,6 +218,7 @@ rt::Result<LabelStudy> study_labels(const LabelStudyRequest& request) {
   std::uint64_t with_truth_count = 0;
   std::uint64_t keyframes_count = 0;
   auto ran = session.run("label", [&](const ObservedFrame& frame) -> rt::Result<void> {
+    if (frame.is_tracked) live.add(session.pipeline().spine());
     if (request.has_exact_fusion && session.pipeline().counts().keyframes > keyframes_count) {
       keyframes_count = session.pipeline().counts().keyframes;
       const auto scores = (*labeller)->label(frame.depth_sequence, frame.rgb);
@@ -251,7 +271,14 @@ rt::Result<LabelStudy> study_labels(const LabelStudyRequest& request) {
   const PipelineCounts& counts = session.pipeline().counts();
   study.frames_count = counts.frames_in;
   study.frames_lost = counts.frames_lost;
+  study.keyframes_taken = counts.keyframes;
   study.keyframes_fused = counts.keyframes_segmented;
+  if (live.surface_count > 0)
+    study.live_unlabelled_share =
+        static_cast<double>(live.unlabelled_count) / static_cast<double>(live.surface_count);
+  if (const std::uint64_t labelled_count = live.surface_count - live.unlabelled_count; labelled_count > 0)
+    study.live_label_age_ms = static_cast<double>(live.age_frames_sum) / static_cast<double>(labelled_count) *
+                              1e3 / sensor.frame_rate_hz;
   study.segment_ms_total = sum_ms(session.pipeline().series_ms(Stage::segment));
   study.fuse_ms_total = sum_ms(session.pipeline().series_ms(Stage::fuse));
   if (const auto series = session.pipeline().label_ages_ms(); !series.empty()) {

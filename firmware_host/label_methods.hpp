@@ -52,10 +52,12 @@ struct LabelStudy {
   std::vector<MaterialId> cell_truth;  // what most of the pixels that hit the cell are; 255 where none does
   std::string network;                 // what labelled
   std::string description;             // of the source
-  std::uint64_t frames_count = 0, frames_lost = 0, keyframes_fused = 0;
+  std::uint64_t frames_count = 0, frames_lost = 0, keyframes_taken = 0, keyframes_fused = 0;
   label::CrfReport crf;
   double label_age_ms_p50 = 0;
   double segment_ms_total = 0, fuse_ms_total = 0;  // of the run with Bayes' rule
+  // While it ran, over the visible surface of all tracked frames (label_survey.hpp).
+  double live_unlabelled_share = 0, live_label_age_ms = 0;
 };
 
 struct LabelStudyRequest {

@@ -15,7 +15,7 @@ rt::Result<std::string> study_accuracy(const StudyOptions& options);
 /// What each of the paper's five sources of error costs: every one swapped for the truth in turn.
 rt::Result<std::string> study_errors(const StudyOptions& options);
 
-/// Accuracy, processor time and label age when one frame in N goes to the network.
+/// Accuracy, processor time and label age when one frame in N goes to the network, and by need.
 rt::Result<std::string> study_keyframes(const StudyOptions& options);
 
 }  // namespace tactus::firmware

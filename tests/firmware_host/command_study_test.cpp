@@ -129,14 +129,23 @@ TEST(StudyKeyframes, LabelsFewerKeyframesTheRarerTheyAre) {
   const Outcome o = study({"keyframes", "--json", "--room", "bedroom", "--views", "1"}, folder.path(), 16);
   ASSERT_EQ(o.code, 0) << o.err;
   const json curve = json::parse(o.out)["sets"]["synthetic_bedroom"];
-  ASSERT_EQ(curve.size(), 7u);
+  ASSERT_EQ(curve.size(), 8u);
   EXPECT_EQ(curve[0]["every_frames"], 1);
   EXPECT_EQ(curve[6]["every_frames"], 30);
-  // With a keyframe in each or every second frame, fusing decides how many there are: it takes several frames for one.
-  for (std::size_t i = 3; i < curve.size(); ++i)
+  // With a keyframe in each or every second frame, fusing decides how many there are: it takes several frames
+  // for one.
+  for (std::size_t i = 3; i < 7; ++i)
     EXPECT_LE(curve[i]["keyframes_fused"], curve[i - 1]["keyframes_fused"]) << i;
   EXPECT_GT(curve[0]["keyframes_fused"], curve[6]["keyframes_fused"]);
   EXPECT_EQ(curve[6]["keyframes_fused"], 1);
+  // The rarer they are, the more of what is seen has no label yet.
+  EXPECT_LE(curve[0]["live_unlabelled_share"], curve[6]["live_unlabelled_share"]);
+  const json& adaptive = curve[7];
+  EXPECT_EQ(adaptive["policy"], "adaptive");
+  EXPECT_FALSE(adaptive.contains("every_frames"));
+  EXPECT_GE(adaptive["keyframes_taken"], 1);
+  EXPECT_LE(adaptive["keyframes_taken"], 3) << "16 frames and a gap of 6 between two";
+  EXPECT_GT(adaptive["mean_iu_fused"], 0.5 * curve[4]["mean_iu_fused"].get<double>());
 }
 
 TEST(Study, BadUsageIsOneSentence) {
