@@ -55,18 +55,6 @@ def whole(image, label, width=WIDTH, height=HEIGHT):
 
 
 
-def mixed(sample, other, rng):
-    """Half of the classes of `other` pasted over `sample` (ClassMix, Olsson et al. 2021): few rooms then show their
-    materials beside everything else, and neither source can be told by its surroundings. A sample is (image, label at
-    a quarter of its size, targets [h, w, 23], weights [h, w])."""
-    classes = np.unique(other[1][other[1] != UNKNOWN])
-    if not classes.size:
-        return sample
-    taken = np.isin(other[1], rng.choice(classes, (classes.size + 1) // 2, replace=False))
-    large = taken.repeat(LABEL_STRIDE, 0).repeat(LABEL_STRIDE, 1)
-    masks = large[..., None], taken, taken[..., None], taken
-    return tuple(np.where(mask, b, a) for mask, a, b in zip(masks, sample, other))
-
 
 def augmented(image, label, rng):
     """A random part of a picture, as large as the network would see it (give or take a zoom), with its label at a

@@ -11,7 +11,7 @@ import torch.nn.functional as F
 import materials
 from failure import BAD_INPUT, Failure
 from materials_network import from_deeplab
-from samples import augmented, mixed, open_prepared, whole
+from samples import HEIGHT, WIDTH, augmented, open_prepared, whole
 from scores import Confusion
 from tflite_read import read_tflite
 from torch_net import Net
@@ -23,9 +23,6 @@ MEAN, STD = 127.0, 127.5
 # The first convolutions see edges and colours, which rooms and their renderings share with the starting weights'
 # pictures: without gradients there a step costs 40 % less. Operators up to stride 8 (expanded features included).
 FROZEN_BACKBONE_OPS = 22
-
-# Share of samples that get surfaces of another picture pasted in.
-MIXED = 0.4
 
 # Relative to the base rate: new layers fast, what has seen indoor scenes slowly.
 RATES = {"scores": 5.0, "backbone": 0.4}
@@ -88,21 +85,17 @@ class Batches:
         return batch
 
     def _make(self, count):
-        samples = [self._sample(self.shares) for _ in range(count)]
-        evenly = np.full(len(self.shares), 1 / len(self.shares))
-        for i in range(count):
-            if self.rng.random() < MIXED:
-                samples[i] = mixed(samples[i], self._sample(evenly), self.rng)
-        images, _, targets, weights = zip(*samples)
+        images, targets, weights = [], [], []
+        for _ in range(count):
+            source, scenes = self.sources[self.rng.choice(len(self.sources), p=self.shares)]
+            scene = scenes[self.rng.integers(len(scenes))]
+            i = scene[self.rng.integers(len(scene))]
+            image, label = augmented(np.array(source.images[i]), np.array(source.labels[i]), self.rng)
+            rows = source.rows_of(label)
+            images.append(image)
+            targets.append(source.targets[rows])
+            weights.append(source.weights[rows])
         return images, np.stack(targets), np.stack(weights)
-
-    def _sample(self, shares):
-        source, scenes = self.sources[self.rng.choice(len(self.sources), p=shares)]
-        scene = scenes[self.rng.integers(len(scenes))]
-        i = scene[self.rng.integers(len(scene))]
-        image, label = augmented(np.array(source.images[i]), np.array(source.labels[i]), self.rng)
-        rows = source.rows_of(label)
-        return image, label, source.targets[rows], source.weights[rows]
 
 
 def validate(net, prepared, device, every=1):
