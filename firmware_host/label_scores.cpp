@@ -19,11 +19,17 @@ void score_images(const LabelStudy& study, int band_radius_px, StudyScores& scor
     for (const auto& labels : view.labels)
       for (std::size_t i = 0; i < labels.size(); ++i)
         if (labels[i] == kUnknownMaterial) common_truth[i] = kUnknownMaterial;
+    const auto& net = view.labels[static_cast<std::size_t>(LabelMethod::net)];
     for (std::size_t m = 0; m < kLabelMethodsCount; ++m) {
       if (!scores[m]) continue;
       evaluate::count_pixels(view.truth, view.labels[m], band, scores[m]->pixels);
       for (std::size_t i = 0; i < common_truth.size(); ++i)
         scores[m]->common.add(common_truth[i], view.labels[m][i]);
+      if (net.empty()) continue;
+      for (std::size_t i = 0; i < net.size(); ++i) {
+        const MaterialId label = view.labels[m][i];
+        scores[m]->filled.add(view.truth[i], label == kUnknownMaterial ? net[i] : label);
+      }
       scores[m]->islands.add(evaluate::wrong_islands(view.labels[m], view.truth, width, height));
     }
   }
@@ -51,6 +57,7 @@ void score_cells(const LabelStudy& study, StudyScores& scores) {
 void MethodScores::add(const MethodScores& other) {
   pixels.add(other.pixels);
   common.add(other.common);
+  filled.add(other.filled);
   islands.add(other.islands);
   cells.add(other.cells);
   cells_near_boundary.add(other.cells_near_boundary);

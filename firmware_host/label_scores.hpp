@@ -13,6 +13,7 @@ namespace tactus::firmware {
 struct MethodScores {
   evaluate::TrimapConfusion pixels;  // every pixel of known truth; no prediction is a miss
   evaluate::ConfusionMatrix common;  // pixels that every method of the study labels
+  evaluate::ConfusionMatrix filled;  // as `pixels`, holes of the map filled with the frame's own `net`
   evaluate::IslandCount islands;     // in the images
   // Of the methods of the map, over cells of known truth.
   evaluate::ConfusionMatrix cells, cells_near_boundary;  // within 3 voxels of a cell of another truth

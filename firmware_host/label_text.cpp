@@ -50,6 +50,8 @@ std::string scores_text(const StudyScores& scores) {
                                    [](const MethodScores& s) { return s.pixels.all; });
   text += metrics_table("Pixels that every method labels", scores,
                         [](const MethodScores& s) { return s.common; });
+  text += metrics_table("All pixels, those without a labelled surface as the network has them", scores,
+                        [](const MethodScores& s) { return s.filled; });
   text += metrics_table("Pixels near a boundary of the truth", scores,
                         [](const MethodScores& s) { return s.pixels.band; });
   text += metrics_table("Pixels away from boundaries", scores,
@@ -123,6 +125,7 @@ nlohmann::json scores_json(const StudyScores& scores) {
     const MethodScores& s = *scores[m];
     nlohmann::json one = {{"pixels", metrics_json(label_metrics(s.pixels.all))},
                           {"common", metrics_json(label_metrics(s.common))},
+                          {"filled", metrics_json(label_metrics(s.filled))},
                           {"near_boundary", metrics_json(label_metrics(s.pixels.band))},
                           {"away_from_boundary", metrics_json(label_metrics(s.pixels.inside))},
                           {"wrong_islands", s.islands.islands_count},

@@ -93,7 +93,12 @@ TEST(EvalLabels, ExactLabelsAsTheNetworkComeBackFromTheMap) {
     EXPECT_GT(scores["pixels"]["labelled_share"], 0.85) << method;
     EXPECT_LT(scores["near_boundary"]["pixel_accuracy"], scores["away_from_boundary"]["pixel_accuracy"]);
     EXPECT_LE(scores["pixels"]["pixel_accuracy"], 1.0);
+    EXPECT_EQ(scores["filled"]["labelled_share"], 1.0) << "the network says something everywhere";
+    EXPECT_GE(scores["filled"]["pixel_accuracy"], scores["pixels"]["pixel_accuracy"]);
   }
+  EXPECT_EQ(result["methods"]["net"]["filled"], result["methods"]["net"]["pixels"]);
+  EXPECT_GT(result["methods"]["fused"]["filled"]["pixel_accuracy"],
+            result["methods"]["fused"]["pixels"]["pixel_accuracy"]);
   EXPECT_EQ(result["methods"]["net"]["pixels"]["labelled_share"], 1.0);
 
   // What was written is what was scored.
