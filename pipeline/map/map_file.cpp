@@ -86,6 +86,7 @@ rt::Result<MapConfig> read_map_config(std::string_view bytes, const std::string&
   if (header.version != kVersion)
     return damaged(name, "is a map of version " + std::to_string(header.version) +
                              ", this program reads version " + std::to_string(kVersion));
+  if (header.zero != 0) return damaged(name, "holds something where a map holds nothing");
   if (!(header.voxel_size_m >= 0.001f && header.voxel_size_m <= 1 &&
         header.truncation_m >= header.voxel_size_m && header.truncation_m <= 100 * header.voxel_size_m))
     return damaged(name, "holds a voxel size or truncation that no map has");

@@ -109,6 +109,7 @@ TEST_F(MapFile, WhatIsNoMapIsToldInOneSentence) {
   EXPECT_NE(with(12, std::nanf("")).find("voxel size"), std::string::npos);
   EXPECT_NE(with(16, 1e9F).find("truncation"), std::string::npos);
   EXPECT_NE(with(20, std::uint32_t{0xFFFFFFFF}).find("4294967295 blocks"), std::string::npos);
+  EXPECT_NE(with(28, std::uint32_t{1}).find("where a map holds nothing"), std::string::npos);
   EXPECT_NE(read(bytes_.substr(0, bytes_.size() - 1)).find("bytes"), std::string::npos);
   EXPECT_NE(read(bytes_ + "x").find("bytes"), std::string::npos);
   EXPECT_NE(with(kHeaderBytes + kBlockBytes, BlockKey{0}).find("block 1 is out of place"), std::string::npos);
