@@ -51,11 +51,13 @@ const char* name_of(MaterialId id) { return id < kMaterialCount ? kMaterialNames
 
 json array_of(const Vec3f& v) { return {v.x, v.y, v.z}; }
 
-/// Materials by probability, the likeliest first.
-std::vector<MaterialId> ranked(const MaterialDistribution& p) {
+/// Materials by what `values` says of them, the largest first.
+template <typename Value>
+std::vector<MaterialId> ranked(std::span<const Value, kMaterialCount> values) {
   std::vector<MaterialId> order(kMaterialCount);
   std::iota(order.begin(), order.end(), MaterialId{0});
-  std::stable_sort(order.begin(), order.end(), [&](MaterialId a, MaterialId b) { return p[a] > p[b]; });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](MaterialId a, MaterialId b) { return values[a] > values[b]; });
   return order;
 }
 
@@ -67,7 +69,7 @@ std::string text_of(const map::SurfacePoint& s) {
                             unsigned{s.color.r}, unsigned{s.color.g}, unsigned{s.color.b});
   if (s.material == kUnknownMaterial) return text + "  never labelled\n";
   text += " ";
-  for (const MaterialId id : ranked(s.materials))
+  for (const MaterialId id : ranked<float>(s.materials))
     if (s.materials[id] >= 0.005f)
       text += format(" %s %.2f", name_of(id), static_cast<double>(s.materials[id]));
   return text + (s.is_pinned ? " (pinned by hand)" : "") +
@@ -102,13 +104,7 @@ json describe(const map::Map& map) {
     pinned += label::is_pinned(refined);
   }
   json materials = json::array();
-  for (const MaterialId id : [&] {
-         std::vector<MaterialId> order(kMaterialCount);
-         std::iota(order.begin(), order.end(), MaterialId{0});
-         std::stable_sort(order.begin(), order.end(),
-                          [&](MaterialId a, MaterialId b) { return count[a] > count[b]; });
-         return order;
-       }())
+  for (const MaterialId id : ranked<std::size_t>(std::span(count).first<kMaterialCount>()))
     if (count[id] > 0) materials.push_back({{"material", name_of(id)}, {"cells", count[id]}});
   return {{"voxel_size_m", map.config().voxel_size_m},
           {"blocks", map.blocks_used()},
