@@ -54,6 +54,7 @@ rt::Result<std::string> eval_labels(const EvalLabelsOptions& options) {
                     {"frames_scored", names},
                     {"frames_scored_untracked", untracked_count},
                     {"cells", study->cells.size()},
+                    {"crf", crf_json(*study->crf)},
                     {"methods", scores_json(scores)},
                     {"revision", revision()}});
   }
@@ -67,6 +68,7 @@ rt::Result<std::string> eval_labels(const EvalLabelsOptions& options) {
     text += std::to_string(untracked_count) +
             " of the scored frames were not tracked: the map's methods know nothing there, which counts as "
             "missed\n";
+  text += crf_text(*study->crf);
   text += scores_text(scores);
   if (options.has_confusion)
     for (std::size_t m = 0; m < kLabelMethodsCount; ++m)

@@ -96,6 +96,45 @@ std::vector<MaterialId> best_labels(std::span<const float> unary_nat) {
   return labels;
 }
 
+/// As map::Reader answers: refined where the CRF has come by, else as fused.
+std::vector<MaterialId> refined_labels(std::span<const map::SurfaceCell> cells) {
+  std::vector<MaterialId> labels;
+  labels.reserve(cells.size());
+  for (const map::SurfaceCell& cell : cells)
+    labels.push_back(cell.refined != 0 ? label::refined_best(cell.refined) : label::best(cell.word));
+  return labels;
+}
+
+/// Labels of fused_crf3d. `points`: the cells with the costs that the batch solver starts from.
+rt::Result<std::vector<MaterialId>> label_by_crf(const LabelStudyRequest& request, const Pipeline& pipeline,
+                                                 std::span<const map::SurfaceCell> cells,
+                                                 const label::CrfPoints& points, CrfOutcome& outcome) {
+  auto batch = refine_cells(points, request.crf);
+  if (!batch) return batch.error();
+  const bool is_wanted = request.crf_solver == CrfSolver::incremental && !request.has_exact_fusion;
+  if (!is_wanted) return std::move(batch->labels);
+  const map::LabelRefiner* refiner = pipeline.refiner();
+  if (refiner == nullptr) {
+    outcome.why_batch = "labels.crf is off.";
+    return std::move(batch->labels);
+  }
+  outcome.regions_count = refiner->counters().regions;
+  if (!refiner->is_idle()) {
+    outcome.why_batch =
+        "these parameters do not fit the region that is planned for the incremental solver: it has not come "
+        "to an end.";
+    return std::move(batch->labels);
+  }
+  outcome.solver = CrfSolver::incremental;
+  std::vector<MaterialId> labels = refined_labels(cells);
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    if (labels[i] == kUnknownMaterial) continue;
+    ++outcome.cells_count;
+    outcome.equal_count += labels[i] == batch->labels[i] ? 1u : 0u;
+  }
+  return labels;
+}
+
 std::vector<MaterialId> best_labels(std::span<const map::SurfaceCell> cells) {
   std::vector<MaterialId> labels;
   labels.reserve(cells.size());
@@ -180,6 +219,9 @@ std::uint64_t views_every(std::uint64_t asked, std::size_t truth_images_count) {
 rt::Result<LabelStudy> study_labels(const LabelStudyRequest& request) {
   LabelSessionOptions options = request.session;
   options.rule = map::LabelRule::bayes;
+  if (request.has_method[at(LabelMethod::fused_crf3d)] && request.crf_solver == CrfSolver::incremental &&
+      !request.has_exact_fusion)
+    options.crf = request.crf;
   auto opened = LabelSession::open(options, request.settings);
   if (!opened) return opened.error();
   LabelSession& session = **opened;
@@ -302,14 +344,15 @@ rt::Result<LabelStudy> study_labels(const LabelStudyRequest& request) {
     study.cell_labels[at(LabelMethod::fused)] =
         request.has_exact_fusion ? best_labels(points.unary_nat) : best_labels(study.cells);
   if (request.has_method[at(LabelMethod::fused_crf3d)]) {
-    auto refined = refine_cells(points.points(), request.crf);
+    auto refined =
+        label_by_crf(request, session.pipeline(), study.cells, points.points(), study.crf.emplace());
     if (!refined) return refined.error();
-    study.cell_labels[at(LabelMethod::fused_crf3d)] = std::move(refined->labels);
-    study.crf = refined->report;
+    study.cell_labels[at(LabelMethod::fused_crf3d)] = std::move(*refined);
   }
   if (request.has_method[at(LabelMethod::direct)]) {
     opened->reset();  // one map at a time
     options.rule = map::LabelRule::direct;
+    options.crf.reset();
     auto again = LabelSession::open(options, request.settings);
     if (!again) return again.error();
     auto replayed =

@@ -43,6 +43,24 @@ struct LabelView {
 };
 inline constexpr std::uint32_t kNoCell = 0xFFFFFFFFu;
 
+/// Where the labels of fused_crf3d come from.
+enum class CrfSolver : std::uint8_t {
+  incremental,  // what the pipeline's own refinement left in the map: the product
+  batch         // the solver over all cells of the finished map: the reference
+};
+
+/// How fused_crf3d came about, and how near the incremental solver was to the batch solver.
+struct CrfOutcome {
+  CrfSolver solver = CrfSolver::batch;
+  std::string why_batch;            // a sentence when incremental was asked for and could not be had
+  std::uint64_t cells_count = 0;    // compared: those with a label; 0 without an incremental result
+  std::uint64_t equal_count = 0;    // of them, with the same most probable material
+  std::uint64_t regions_count = 0;  // that the incremental solver prepared
+};
+
+/// Required of the incremental solver, as a share of cells.
+inline constexpr double kCrfAgreementMin = 0.99;
+
 /// A source through every method.
 struct LabelStudy {
   hal::Intrinsics camera;  // of every image
@@ -53,7 +71,7 @@ struct LabelStudy {
   std::string network;                 // what labelled
   std::string description;             // of the source
   std::uint64_t frames_count = 0, frames_lost = 0, keyframes_taken = 0, keyframes_fused = 0;
-  label::CrfReport crf;
+  std::optional<CrfOutcome> crf;  // of fused_crf3d
   double label_age_ms_p50 = 0;
   double segment_ms_total = 0, fuse_ms_total = 0;  // of the run with Bayes' rule
   // While it ran, over the visible surface of all tracked frames (label_survey.hpp).
@@ -69,9 +87,10 @@ struct LabelStudyRequest {
   std::uint64_t first_frame = 0;  // depth sequence of the first scored frame
   std::uint64_t views_max = 0;    // 0: no limit
   std::array<bool, kLabelMethodsCount> has_method = {true, true, true, true, true};
-  label::CrfParameters crf = label::default_crf_parameters();
+  label::CrfParameters crf = label::default_crf_parameters();  // of both solvers
+  CrfSolver crf_solver = CrfSolver::incremental;
   // For attributing errors; both need cameras that share pixels.
-  bool has_exact_fusion = false;  // float64 and all materials instead of the compact cells
+  bool has_exact_fusion = false;  // float64 and all materials instead of the compact cells; asks for batch
   bool has_true_geometry =
       false;  // pixels ask for the map nearest to their true point instead of casting a ray
 };
@@ -82,7 +101,10 @@ struct LabelStudyRequest {
 /// Runs the pipeline over the source in lockstep (twice with `direct`: labels never feed the geometry, so
 /// both maps have the same cells) and labels each chosen frame by every method. The methods of the map are
 /// its dense ray-cast from the frame's tracked pose when the recording is over, as the paper projects its
-/// finished model. Errors as LabelSession and LabelTruthImages; bad_input when no frame has truth.
+/// finished model. fused_crf3d is what the running product has found by then; the batch solver over the
+/// finished map checks it, and stands in where there is no such result (labels.crf is off, or the lattices of
+/// these parameters do not fit the planned region). Errors as LabelSession and LabelTruthImages; bad_input
+/// when no frame has truth.
 rt::Result<LabelStudy> study_labels(const LabelStudyRequest& request);
 
 }  // namespace tactus::firmware

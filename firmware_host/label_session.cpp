@@ -92,7 +92,9 @@ rt::Result<std::unique_ptr<LabelSession>> LabelSession::open(const LabelSessionO
 
   PipelineSetup setup;
   setup.profile = settings.profile;
-  setup.profile.refines_labels = false;  // the methods refine the finished map by themselves
+  setup.profile.refines_labels = settings.profile.refines_labels && options.crf.has_value();
+  if (options.crf)
+    setup.profile.refine = map::RefineConfig::for_cells(setup.profile.refine.crf.points_max, *options.crf);
   setup.sensor = &opened;
   setup.T_world_first = level_pose(gravity->direction_depth);
   setup.model = session->labels_.model ? &session->labels_.model->model : nullptr;
@@ -140,6 +142,7 @@ rt::Result<void> LabelSession::run(const std::string& what,
     }
     const rt::Status tracked = pipeline_->spine_round(clock, rt::kNoDeadline);
     (void)pipeline_->segment_round(clock);
+    (void)pipeline_->refine_round(clock);
     frame.is_tracked = tracked == rt::Status::ok;
     frame.T_world_depth = pipeline_->spine().result().T_world_depth;
     if (auto observed = observe(frame); !observed) return observed.error();

@@ -14,6 +14,7 @@
 #include "firmware_host/run_labels.hpp"
 #include "firmware_host/run_settings.hpp"
 #include "firmware_host/true_depth.hpp"
+#include "pipeline/label/crf/crf.hpp"
 #include "pipeline/pipeline.hpp"
 #include "rt/arena.hpp"
 
@@ -26,6 +27,9 @@ struct LabelSessionOptions {
   std::string gravity;          // as `tactus run --gravity`
   std::filesystem::path model;  // as `tactus run --model`
   map::LabelRule rule = map::LabelRule::bayes;
+  /// What the pipeline refines labels with while it runs, as the product does, unless labels.crf is off;
+  /// nothing: it does not.
+  std::optional<label::CrfParameters> crf;
   bool has_true_poses = false;  // instead of tracking
   bool has_true_depth = false;  // instead of the sensor's; frames without are blank, so those that have some
                                 // only need true poses as well

@@ -43,7 +43,42 @@ std::string metrics_table(const char* title, const StudyScores& scores, const Pi
   return heading + lines;
 }
 
+double agreement(const CrfOutcome& crf) {
+  return crf.cells_count == 0 ? 1
+                              : static_cast<double>(crf.equal_count) / static_cast<double>(crf.cells_count);
+}
+
 }  // namespace
+
+std::string crf_text(const CrfOutcome& crf) {
+  if (crf.solver == CrfSolver::batch)
+    return "3D CRF: the batch solver over the finished map" +
+           (crf.why_batch.empty() ? std::string(".") : ", since " + crf.why_batch) + "\n";
+  const double share = agreement(crf);
+  char line[320];
+  std::snprintf(line, sizeof(line),
+                "3D CRF: the incremental solver, as the product runs it (%llu regions prepared); the batch "
+                "solver over the finished map finds the same material in %.2f %% of %llu cells.\n",
+                static_cast<unsigned long long>(crf.regions_count), 100 * share,
+                static_cast<unsigned long long>(crf.cells_count));
+  std::string text = line;
+  if (share < kCrfAgreementMin)
+    text +=
+        "That is less than the 99 % required: fused_crf3d below is what the product says, and not what the "
+        "field of eq. (2) says.\n";
+  return text;
+}
+
+nlohmann::json crf_json(const CrfOutcome& crf) {
+  nlohmann::json json = {{"solver", crf.solver == CrfSolver::incremental ? "incremental" : "batch"}};
+  if (!crf.why_batch.empty()) json["why_batch"] = crf.why_batch;
+  if (crf.solver == CrfSolver::incremental) {
+    json["cells_compared"] = crf.cells_count;
+    json["agreement_with_batch"] = agreement(crf);
+    json["regions"] = crf.regions_count;
+  }
+  return json;
+}
 
 std::string scores_text(const StudyScores& scores) {
   std::string text = metrics_table("All pixels with a known truth", scores,

@@ -15,6 +15,11 @@ namespace tactus::firmware {
 std::string scores_text(const StudyScores& scores);
 nlohmann::json scores_json(const StudyScores& scores);
 
+/// Which solver fused_crf3d is by, and how near the incremental one came to the batch solver: a line, and a
+/// second one, plain, where that is less than kCrfAgreementMin.
+std::string crf_text(const CrfOutcome& crf);
+nlohmann::json crf_json(const CrfOutcome& crf);
+
 /// The materials whose truth has pixels, a row each, in per cent of the row; columns are what they were taken
 /// for.
 std::string confusion_text(const evaluate::ConfusionMatrix& confusion);

@@ -99,12 +99,14 @@ rt::Result<std::string> study_accuracy(const StudyOptions& options) {
                   set.name.c_str(), study->views.size(), static_cast<unsigned long long>(study->frames_count),
                   set.has_exact_truth ? "exact truth" : "truth drawn by hand", study->network.c_str(),
                   static_cast<unsigned long long>(study->frames_lost));
-    text += line + scores_text(scores) + (set.has_exact_truth ? beside_paper(scores) : std::string()) + "\n";
+    text += line + crf_text(*study->crf) + scores_text(scores) +
+            (set.has_exact_truth ? beside_paper(scores) : std::string()) + "\n";
     json_sets[set.name] = {
         {"source", set.request.session.source}, {"network", study->network},
         {"frames_scored", study->views.size()}, {"frames_in", study->frames_count},
         {"frames_lost", study->frames_lost},    {"keyframes_fused", study->keyframes_fused},
-        {"cells", study->cells.size()},         {"methods", scores_json(scores)}};
+        {"cells", study->cells.size()},         {"crf", crf_json(*study->crf)},
+        {"methods", scores_json(scores)}};
   }
   if (synthetic_sets > 0)
     text += "The synthetic rooms together, " + std::to_string(synthetic_views) +

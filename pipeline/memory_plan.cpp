@@ -99,10 +99,10 @@ map::RefineConfig refine_within(const map::RefineConfig& wanted, std::uint32_t b
   constexpr std::size_t kStep = 1024;
   map::RefineConfig config = wanted;
   for (std::size_t cells = wanted.crf.points_max / kStep * kStep; cells > kStep; cells -= kStep) {
-    config.crf = map::RefineConfig::for_cells(cells).crf;
+    config.crf = map::RefineConfig::for_cells(cells, wanted.parameters).crf;
     if (map::LabelRefiner::bytes_needed(config, blocks_capacity) <= bytes_max) return config;
   }
-  config.crf = map::RefineConfig::for_cells(kStep).crf;
+  config.crf = map::RefineConfig::for_cells(kStep, wanted.parameters).crf;
   return config;
 }
 

@@ -65,7 +65,8 @@ std::size_t gather_surface_cells(const Map& map, std::span<SurfaceCell> out) noe
                     origin + surface.foot_m,
                     surface.normal_world,
                     {color.r, color.g, color.b},
-                    map.labels(block)[index]};
+                    map.labels(block)[index],
+                    map.refined_concurrent(block, cell)};
   });
   std::sort(out.begin(), out.begin() + static_cast<std::ptrdiff_t>(count),
             [](const SurfaceCell& a, const SurfaceCell& b) { return a.address < b.address; });

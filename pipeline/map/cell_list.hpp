@@ -8,6 +8,7 @@
 
 #include "hal/transform.hpp"
 #include "pipeline/label/material.hpp"
+#include "pipeline/label/refined_word.hpp"
 #include "pipeline/map/block.hpp"
 
 namespace tactus::map {
@@ -33,7 +34,8 @@ struct SurfaceCell {
   Vec3f position_world_m;  // the surface point nearest to the cell's centre
   Vec3f normal_world;      // unit, towards free space
   Rgb8 color;
-  LabelWord word = 0;  // 0: never labelled
+  LabelWord word = 0;              // 0: never labelled
+  label::RefinedWord refined = 0;  // 0: never refined
 };
 
 /// How many there are; the map must rest. Any phase, no heap; looks at every voxel: some 10 ms.

@@ -11,6 +11,7 @@
 #include "firmware_host/cli.hpp"
 #include "firmware_host/label_command.hpp"
 #include "firmware_host/label_methods.hpp"
+#include "firmware_host/label_text.hpp"
 #include "firmware_host/open_source.hpp"
 #include "hal/replay/file_bytes.hpp"
 #include "hal/replay/image_codec.hpp"
@@ -100,6 +101,10 @@ TEST(EvalLabels, ExactLabelsAsTheNetworkComeBackFromTheMap) {
   EXPECT_GT(result["methods"]["fused"]["filled"]["pixel_accuracy"],
             result["methods"]["fused"]["pixels"]["pixel_accuracy"]);
   EXPECT_EQ(result["methods"]["net"]["pixels"]["labelled_share"], 1.0);
+  EXPECT_EQ(result["crf"]["solver"], "incremental");
+  EXPECT_GE(result["crf"]["agreement_with_batch"], 0.99);
+  EXPECT_GT(result["crf"]["cells_compared"], 5000);
+  EXPECT_GE(result["crf"]["regions"], 1);
 
   // What was written is what was scored.
   std::size_t files_count = 0;
@@ -150,7 +155,11 @@ TEST(EvalLabels, TheSourcesOwnTruthEqualsItsFolder) {
   EXPECT_EQ(own.out, folder.out);
 }
 
-TEST(EvalLabels, ImagesOfCellsEqualTheReadersOwnAnswer) {
+class EvalLabelsReader : public testing::TestWithParam<LabelMethod> {};
+INSTANTIATE_TEST_SUITE_P(FusedAndRefined, EvalLabelsReader,
+                         testing::Values(LabelMethod::fused, LabelMethod::fused_crf3d));
+
+TEST_P(EvalLabelsReader, ImagesOfCellsEqualTheReadersOwnAnswer) {
   LabelSessionOptions options;
   options.source = kRoom;
   options.frames = {0, 24};
@@ -161,6 +170,7 @@ TEST(EvalLabels, ImagesOfCellsEqualTheReadersOwnAnswer) {
   request.settings = *settings;
   auto study = study_labels(request);
   ASSERT_TRUE(study) << study.error().message;
+  if (GetParam() == LabelMethod::fused_crf3d) options.crf = request.crf;  // a reader says what was refined
   auto session = LabelSession::open(options, *settings);
   ASSERT_TRUE(session);
   ASSERT_TRUE((*session)->run("", [](const ObservedFrame&) -> rt::Result<void> { return {}; }));
@@ -175,10 +185,51 @@ TEST(EvalLabels, ImagesOfCellsEqualTheReadersOwnAnswer) {
       const MaterialId expected = is_hit ? point.material : kUnknownMaterial;
       const auto pixel = static_cast<std::size_t>(v * study->camera.width + u);
       hits += is_hit ? 1u : 0u;
-      differ += view.labels[static_cast<std::size_t>(LabelMethod::fused)][pixel] != expected ? 1u : 0u;
+      differ += view.labels[static_cast<std::size_t>(GetParam())][pixel] != expected ? 1u : 0u;
     }
   EXPECT_GT(hits, 7000u);
   EXPECT_LE(differ, hits / 500) << "rounding at a cell's border may differ, nothing else";
+}
+
+TEST(EvalLabels, WithoutTheIncrementalSolverTheBatchSolverStandsInAndSaysWhy) {
+  const std::vector<std::string> words = {
+      "eval", "labels", recording().string(), "--set", "labels.source=truth", "--frames",
+      "0:13", "--set",  "labels.crf=off"};
+  const Outcome text = tactus(words);
+  ASSERT_EQ(text.code, 0) << text.err;
+  EXPECT_NE(text.out.find("3D CRF: the batch solver over the finished map, since labels.crf is off."),
+            std::string::npos)
+      << text.out;
+  std::vector<std::string> as_json = words;
+  as_json.push_back("--json");
+  const json crf = json::parse(tactus(as_json).out)["crf"];
+  EXPECT_EQ(crf["solver"], "batch");
+  EXPECT_EQ(crf["why_batch"], "labels.crf is off.");
+  EXPECT_FALSE(crf.contains("agreement_with_batch"));
+}
+
+TEST(EvalLabels, ChosenParametersDriveBothSolvers) {
+  const auto refined_with = [&](const std::string& crf) {
+    const Outcome o = tactus({"eval", "labels", recording().string(), "--set", "labels.source=truth",
+                              "--frames", "0:13", "--crf", crf, "--json"});
+    EXPECT_EQ(o.code, 0) << o.err;
+    return json::parse(o.out);
+  };
+  const json paper = refined_with("paper"), ours = refined_with("default");
+  for (const json& one : {paper, ours}) {
+    EXPECT_EQ(one["crf"]["solver"], "incremental") << one["crf"];
+    EXPECT_GE(one["crf"]["agreement_with_batch"], 0.99);
+  }
+  EXPECT_EQ(paper["methods"]["fused"], ours["methods"]["fused"]);
+  EXPECT_NE(paper["methods"]["fused_crf3d"]["cells"], ours["methods"]["fused_crf3d"]["cells"]);
+}
+
+TEST(CrfText, LessAgreementThanRequiredIsSaidPlainly) {
+  CrfOutcome crf{CrfSolver::incremental, "", 10000, 9900, 3};
+  EXPECT_EQ(crf_text(crf).find("required"), std::string::npos) << "99 % are what is required";
+  EXPECT_NE(crf_text(crf).find("99.00 % of 10000 cells"), std::string::npos) << crf_text(crf);
+  crf.equal_count = 9899;
+  EXPECT_NE(crf_text(crf).find("less than the 99 % required"), std::string::npos) << crf_text(crf);
 }
 
 TEST(EvalLabels, BadInputIsOneSentence) {
