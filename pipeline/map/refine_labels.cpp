@@ -14,7 +14,7 @@ namespace {
 constexpr std::uint64_t kLookBlockNs = 2;      // whether it waits
 constexpr std::uint64_t kSelectBlockNs = 100;  // to choose among
 constexpr std::uint64_t kGatherBlockNs = 1500;
-constexpr std::array<std::uint64_t, label::kCrfKernelsMax> kKernelPointNs = {450, 900, 1000};
+constexpr std::uint64_t kFeaturePointNs = 10;
 constexpr std::uint64_t kUnaryPointNs = 150;
 constexpr std::uint64_t kLookPointNs = 30, kMovedPointNs = 300;
 constexpr std::uint64_t kCheckBlockNs = 5;
@@ -95,7 +95,9 @@ std::uint64_t LabelRefiner::run_unit() noexcept {
       return select();
     case Phase::gather:
       return gather();
-    case Phase::kernel:
+    case Phase::begin_kernel:
+      return begin_kernel();
+    case Phase::add_kernel:
       return add_kernel();
     case Phase::unary:
       return load_unary();
@@ -218,7 +220,7 @@ std::uint64_t LabelRefiner::gather() noexcept {
   } else if (10 * points_count_ < 8 * config_.crf.points_max) {
     blocks_target_ = std::min(blocks_target_ * 9 / 8 + 1, region_.size());
   }
-  phase_ = Phase::kernel;
+  phase_ = Phase::begin_kernel;
   kernel_ = 0;
   const rt::Status begun = engine_.begin(points_count_);
   TACTUS_ASSERT(begun == rt::Status::ok);
@@ -229,16 +231,22 @@ label::CrfPoints LabelRefiner::points() const noexcept {
   return {position_m_.first(points_count_), color_.first(points_count_), normal_.first(points_count_), {}};
 }
 
+std::uint64_t LabelRefiner::begin_kernel() noexcept {
+  label::begin_surface_kernel(engine_, kernel_, points(), {}, config_.parameters);
+  phase_ = Phase::add_kernel;
+  return kFeaturePointNs * points_count_ + 1;
+}
+
 std::uint64_t LabelRefiner::add_kernel() noexcept {
-  const std::uint64_t price = kKernelPointNs[kernel_] * points_count_;
-  if (label::add_surface_kernel(engine_, kernel_, points(), {}, config_.parameters) != rt::Status::ok) {
+  const label::CrfPiece piece = engine_.continue_kernel();
+  if (piece.status != rt::Status::ok) {
     ++counters_.too_fine;
     blocks_target_ = std::max<std::size_t>(blocks_target_ / 2, 1);
     phase_ = Phase::select;
-    return price;
+  } else if (piece.is_last) {
+    phase_ = ++kernel_ == label::kCrfKernelsMax ? Phase::unary : Phase::begin_kernel;
   }
-  if (++kernel_ == label::kCrfKernelsMax) phase_ = Phase::unary;
-  return price;
+  return piece.price_ns;
 }
 
 void LabelRefiner::load_costs() noexcept {

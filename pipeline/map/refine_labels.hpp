@@ -95,7 +95,7 @@ class LabelRefiner {
   void bind(rt::Slice& memory, const RefineConfig& config, const Map& map);
 
   /// Does `frames` frames' share of work. skipped: nothing is waiting. Phase: step, refine thread; bounded by
-  /// the share and the largest unit (a kernel's lattice).
+  /// the share and the largest unit (an iteration in which every cell moves).
   rt::Status step(std::uint32_t frames) noexcept;
 
   /// Next result, nullptr when there is none yet; it stays until pop(). Phase: step, refine thread.
@@ -112,7 +112,7 @@ class LabelRefiner {
   static constexpr int kHaloBlocks = 4;
 
  private:
-  enum class Phase : std::uint8_t { select, gather, kernel, unary, iterate, publish };
+  enum class Phase : std::uint8_t { select, gather, begin_kernel, add_kernel, unary, iterate, publish };
   struct RegionBlock {
     BlockIndex block = kNoBlock;
     bool is_inner = true;
@@ -124,6 +124,7 @@ class LabelRefiner {
   std::uint64_t run_unit() noexcept;  // answers its price
   std::uint64_t select() noexcept;
   std::uint64_t gather() noexcept;
+  std::uint64_t begin_kernel() noexcept;
   std::uint64_t add_kernel() noexcept;
   std::uint64_t load_unary() noexcept;
   std::uint64_t iterate() noexcept;

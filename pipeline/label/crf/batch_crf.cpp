@@ -16,6 +16,14 @@ DenseCrfConfig surface_engine_config(const BatchCrfConfig& config) noexcept {
 
 rt::Status add_surface_kernel(DenseCrf& engine, std::size_t kernel, const CrfPoints& points,
                               std::span<const std::uint32_t> order, const CrfParameters& p) noexcept {
+  begin_surface_kernel(engine, kernel, points, order, p);
+  CrfPiece piece;
+  while (!piece.is_last) piece = engine.continue_kernel();
+  return piece.status;
+}
+
+void begin_surface_kernel(DenseCrf& engine, std::size_t kernel, const CrfPoints& points,
+                          std::span<const std::uint32_t> order, const CrfParameters& p) noexcept {
   const std::size_t n = points.size(), dimensions = kernel == kSmoothness ? 3 : 6;
   const std::span<float> features = engine.feature_scratch().first(n * dimensions);
   const float theta_position_m = kernel == kSmoothness   ? p.smoothness.theta_position_m
@@ -43,7 +51,7 @@ rt::Status add_surface_kernel(DenseCrf& engine, std::size_t kernel, const CrfPoi
   const float weight = kernel == kSmoothness   ? p.smoothness.weight
                        : kernel == kAppearance ? p.appearance.weight
                                                : p.surface.weight;
-  return engine.add_kernel(kernel, weight, features, p.normalisation);
+  engine.begin_kernel(kernel, weight, features, p.normalisation);
 }
 
 std::size_t BatchCrf::bytes_needed(const BatchCrfConfig& config) {

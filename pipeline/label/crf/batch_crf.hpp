@@ -36,11 +36,16 @@ struct BatchCrfConfig {
 
 inline constexpr std::size_t kSmoothness = 0, kAppearance = 1, kSurface = 2;
 
-/// Adds kernel kSmoothness, kAppearance or kSurface of eq. (3) to an engine made by surface_engine_config(), its
-/// points in the order given (as they come where that is empty). Errors as DenseCrf::add_kernel(). Phase: any.
+/// Adds kernel kSmoothness, kAppearance or kSurface of eq. (3) to an engine made by surface_engine_config(),
+/// its points in the order given (as they come where that is empty). Errors as DenseCrf::add_kernel(). Phase:
+/// any.
 [[nodiscard]] rt::Status add_surface_kernel(DenseCrf& engine, std::size_t kernel, const CrfPoints& points,
                                             std::span<const std::uint32_t> order,
                                             const CrfParameters& parameters) noexcept;
+
+/// The same up to where DenseCrf::continue_kernel() goes on. Phase: any.
+void begin_surface_kernel(DenseCrf& engine, std::size_t kernel, const CrfPoints& points,
+                          std::span<const std::uint32_t> order, const CrfParameters& parameters) noexcept;
 
 /// prepare() builds the lattices, solve() runs mean field; both may be called again at any time. Fixed
 /// memory, no heap. Not thread-safe.

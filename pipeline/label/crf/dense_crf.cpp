@@ -320,6 +320,10 @@ constexpr float kPaddedCostNat = 1e20F;  // its exponential is 0
 constexpr float kTinyMass = 1e-20F;
 constexpr float kOne = 32767;  // in 1/32768: what fits 16 bits and means 1
 
+// Adding a kernel in pieces: points a piece, and prices.
+constexpr std::size_t kEmbedPoints = 2048, kSharePoints = 8192;
+constexpr std::uint64_t kEmbedVertexNs = 45, kLinkVertexNs = 40, kBlurSlotNs = 8, kShareVertexNs = 4;
+
 std::size_t vertices_max_of(const DenseCrfConfig& config) {
   std::size_t most = 0;
   for (const auto& kernel : config.kernel) most = std::max(most, kernel.vertices_max);
@@ -407,101 +411,181 @@ rt::Status DenseCrf::begin(std::size_t points_count) noexcept {
 
 rt::Status DenseCrf::add_kernel(std::size_t m, float weight, std::span<const float> features,
                                 CrfNormalisation normalisation) noexcept {
+  begin_kernel(m, weight, features, normalisation);
+  CrfPiece piece;
+  while (!piece.is_last) piece = continue_kernel();
+  return piece.status;
+}
+
+void DenseCrf::begin_kernel(std::size_t m, float weight, std::span<const float> features,
+                            CrfNormalisation normalisation) noexcept {
   TACTUS_ASSERT(m < kCrfKernelsMax && config_.kernel[m].dimensions != 0);
   TACTUS_ASSERT(features.size() == points_count_ * static_cast<std::size_t>(config_.kernel[m].dimensions));
-  Kernel& kernel = kernel_[m];
-  kernel.is_used = false;
-  if (weight == 0 || points_count_ == 0) return rt::Status::ok;
-  hash_.clear(config_.kernel[m].vertices_max);
-  const rt::Status built = lattice_.build(kernel.dimensions, features, hash_, scratch_);
-  if (built != rt::Status::ok) return built;
-  if (!quantise(kernel, config_.kernel[m].slots_max, weight, normalisation)) return rt::Status::full;
-  kernel.is_used = true;
-  return rt::Status::ok;
+  kernel_[m].is_used = false;
+  build_ = {m, weight, features, normalisation, BuildStage::embed, 0, 0};
 }
 
 // Masses: of a vertex what all points put there, splat_scale each; blurred along one axis after the other,
-// they give the neighbours' shares; sliced, they give the point's message its size. False when there are too
-// many slots.
-bool DenseCrf::quantise(Kernel& kernel, std::size_t slots_max, float weight,
-                        CrfNormalisation normalisation) noexcept {
+// they give the neighbours' shares; sliced, they give the point's message its size.
+CrfPiece DenseCrf::continue_kernel() noexcept {
+  Kernel& kernel = kernel_[build_.kernel];
+  if (build_.weight == 0 || points_count_ == 0) return {rt::Status::ok, true, 1};
+  const std::size_t per_point = kernel.per_point(), first = build_.next;
+  const std::size_t piece = build_.stage == BuildStage::embed ? kEmbedPoints : kSharePoints;
+  const std::size_t count = std::min(piece, points_count_ - std::min(first, points_count_));
+  const auto splat_scale = marginals_.first(points_count_), degree = unary_.first(points_count_);
+  const auto axis = static_cast<int>(first);
+  // Of all points, or of all axes; then the next stage begins.
+  const auto go_on = [&](std::size_t done, std::size_t end, BuildStage next) {
+    build_.next += done;
+    if (build_.next == end) enter(next);
+  };
+  switch (build_.stage) {
+    case BuildStage::embed: {
+      if (first == 0) {
+        hash_.clear(config_.kernel[build_.kernel].vertices_max);
+        const rt::Status begun = lattice_.begin_build(kernel.dimensions, points_count_, hash_);
+        if (begun != rt::Status::ok) return {begun, true, 1};
+      }
+      const std::uint64_t price = kEmbedVertexNs * per_point * count;
+      const rt::Status embedded = lattice_.embed_points(build_.features, first, count, hash_);
+      if (embedded != rt::Status::ok) return {embedded, true, price};
+      go_on(count, points_count_, BuildStage::link);
+      return {rt::Status::ok, false, price};
+    }
+    case BuildStage::link: {
+      lattice_.link_axis(axis, hash_, scratch_);
+      const std::uint64_t price = kLinkVertexNs * lattice_.vertices_count();
+      if (first + 1 == per_point) {
+        kernel.vertices_count = lattice_.vertices_count();
+        std::size_t slots = kernel.vertices_count;
+        for (int a = 0; a <= kernel.dimensions; ++a) slots += lattice_.chains(a).size();
+        if (slots > config_.kernel[build_.kernel].slots_max) return {rt::Status::full, true, price};
+      }
+      go_on(
+          1, per_point,
+          build_.normalisation == CrfNormalisation::symmetric ? BuildStage::degree_splat : BuildStage::mass);
+      return {rt::Status::ok, false, price};
+    }
+    case BuildStage::degree_splat:
+      lattice_splat(lattice_, splat_scale, first, count, mass_);
+      go_on(count, points_count_, BuildStage::degree_blur);
+      break;
+    case BuildStage::degree_blur: {
+      const std::uint64_t price = kBlurSlotNs * lattice_.chains(axis).size() + 1;
+      lattice_blur(lattice_, axis, mass_);
+      go_on(1, per_point, BuildStage::degree_slice);
+      return {rt::Status::ok, false, price};
+    }
+    case BuildStage::degree_slice:
+      lattice_slice(lattice_, mass_, first, count, degree);
+      for (std::size_t i = first; i < first + count; ++i)
+        splat_scale[i] = 1 / std::sqrt(std::max(degree[i], kTinyMass));
+      go_on(count, points_count_, BuildStage::mass);
+      break;
+    case BuildStage::mass:
+      lattice_splat(lattice_, splat_scale, first, count, mass_);
+      go_on(count, points_count_, BuildStage::splat_share);
+      break;
+    case BuildStage::splat_share:
+      add_splat_shares(kernel, first, count);
+      go_on(count, points_count_, BuildStage::blur);
+      break;
+    case BuildStage::blur: {
+      const std::uint64_t price = kBlurSlotNs * lattice_.chains(axis).size() + 1;
+      add_blur_slots(kernel, axis);
+      go_on(1, per_point, BuildStage::slice_share);
+      return {rt::Status::ok, false, price};
+    }
+    case BuildStage::slice_share:
+      add_slice_shares(kernel, first, count);
+      build_.next += count;
+      kernel.is_used = build_.next == points_count_;
+      break;
+  }
+  return {rt::Status::ok, kernel.is_used, kShareVertexNs * per_point * count};
+}
+
+// What a stage finds before its first piece.
+void DenseCrf::enter(BuildStage stage) noexcept {
+  const Kernel& kernel = kernel_[build_.kernel];
+  const auto mass = mass_.first(lattice_.vertices_count());
+  if (stage == BuildStage::degree_splat ||
+      (stage == BuildStage::mass && build_.normalisation == CrfNormalisation::per_point))
+    std::fill_n(marginals_.begin(), points_count_, 1.0F);
+  if (stage == BuildStage::degree_splat || stage == BuildStage::mass)
+    std::fill(mass.begin(), mass.end(), 0.0F);
+  if (stage == BuildStage::splat_share) {
+    std::fill_n(carry_.begin(), mass.size(), 0.0F);
+    for (std::size_t v = 0; v < mass.size(); ++v) inverse_mass_[v] = 1 / std::max(mass[v], kTinyMass);
+  }
+  if (stage == BuildStage::blur)
+    for (std::uint32_t v = 0; v < mass.size(); ++v)
+      scratch_[v] = v;  // the slot that holds each vertex so far
+  if (stage == BuildStage::slice_share)
+    for (std::uint32_t v = 0; v < mass.size(); ++v) kernel.readers[scratch_[v]].bits = v | CrfReader::kPoints;
+  build_.stage = stage;
+  build_.next = 0;
+}
+
+void DenseCrf::add_splat_shares(Kernel& kernel, std::size_t first, std::size_t count) noexcept {
   const std::size_t vertices = kernel.per_point();
   const auto simplices = lattice_.simplices();
-  kernel.vertices_count = lattice_.vertices_count();
-  std::size_t slots = kernel.vertices_count;
-  for (int axis = 0; axis <= kernel.dimensions; ++axis) slots += lattice_.chains(axis).size();
-  if (slots > slots_max) return false;
-
-  const auto splat_scale = marginals_.first(points_count_);
-  std::fill(splat_scale.begin(), splat_scale.end(), 1.0F);
-  if (normalisation == CrfNormalisation::symmetric) {
-    const auto degree = unary_.first(points_count_);
-    lattice_filter(lattice_, splat_scale, mass_, degree);
-    for (std::size_t i = 0; i < points_count_; ++i)
-      splat_scale[i] = 1 / std::sqrt(std::max(degree[i], kTinyMass));
-  }
-  const auto mass = mass_.first(kernel.vertices_count), carry = carry_.first(kernel.vertices_count);
-  const auto slot_of = scratch_.first(kernel.vertices_count);
-  std::fill(mass.begin(), mass.end(), 0.0F);
-  std::fill(carry.begin(), carry.end(), 0.0F);
-  for (std::size_t i = 0; i < points_count_; ++i)
-    for (const VertexWeight& v : simplices.subspan(i * vertices, vertices))
-      mass[v.vertex] += v.weight * splat_scale[i];
-  const auto inverse_mass = inverse_mass_.first(kernel.vertices_count);
-  for (std::size_t v = 0; v < mass.size(); ++v) inverse_mass[v] = 1 / std::max(mass[v], kTinyMass);
-  for (std::size_t i = 0; i < points_count_; ++i)
+  for (std::size_t i = first; i < first + count; ++i)
     for (std::size_t k = 0; k < vertices; ++k) {
       const VertexWeight& v = simplices[i * vertices + k];
-      const float share = std::min(v.weight * splat_scale[i] * inverse_mass[v.vertex], 1.0F);
+      const float share = std::min(v.weight * marginals_[i] * inverse_mass_[v.vertex], 1.0F);
       kernel.simplex_vertices[i * vertices + k] = v.vertex;
-      kernel.simplices[i * vertices + k] = {0, to_fixed(share, carry[v.vertex]), 0};
+      kernel.simplices[i * vertices + k] = {0, to_fixed(share, carry_[v.vertex]), 0};
     }
+}
 
-  for (std::uint32_t v = 0; v < kernel.vertices_count; ++v) slot_of[v] = v;
-  std::size_t length = 0;
-  for (int axis = 0; axis <= kernel.dimensions; ++axis) {
-    kernel.axis_begin[static_cast<std::size_t>(axis)] = length;
-    float before = 0;
-    const auto chain = lattice_.chains(axis);
-    for (std::size_t k = 0; k < chain.size(); ++k) {
-      const bool is_last = (chain[k] & kChainEnd) != 0;
-      const std::uint32_t v = chain[k] & ~kChainEnd;
-      const float old = mass[v], after = is_last ? 0 : mass[chain[k + 1] & ~kChainEnd];
-      mass[v] = old + 0.5F * (before + after);
-      const float inverse = 0.5F / std::max(mass[v], kTinyMass);
-      kernel.blur[length + k] = {slot_of[v], to_fixed(before * inverse), to_fixed(after * inverse)};
-      before = is_last ? 0 : old;
-    }
-    for (std::size_t k = 0; k < chain.size(); ++k, ++length) {
-      std::uint32_t& slot = slot_of[chain[k] & ~kChainEnd];
-      const bool is_read_before = k > 0 && kernel.blur[length - 1].after_share != 0;
-      const bool is_read_after = k + 1 < chain.size() && kernel.blur[length + 1].before_share != 0;
-      kernel.readers[slot].bits = static_cast<std::uint32_t>(length) |
-                                  (is_read_before ? CrfReader::kBefore : 0) |
-                                  (is_read_after ? CrfReader::kAfter : 0);
-      slot = kernel.vertices_count + static_cast<std::uint32_t>(length);
-    }
+void DenseCrf::add_blur_slots(Kernel& kernel, int axis) noexcept {
+  std::size_t& length = build_.length;
+  kernel.axis_begin[static_cast<std::size_t>(axis)] = length;
+  float before = 0;
+  const auto chain = lattice_.chains(axis);
+  for (std::size_t k = 0; k < chain.size(); ++k) {
+    const bool is_last = (chain[k] & kChainEnd) != 0;
+    const std::uint32_t v = chain[k] & ~kChainEnd;
+    const float old = mass_[v], after = is_last ? 0 : mass_[chain[k + 1] & ~kChainEnd];
+    mass_[v] = old + 0.5F * (before + after);
+    const float inverse = 0.5F / std::max(mass_[v], kTinyMass);
+    kernel.blur[length + k] = {scratch_[v], to_fixed(before * inverse), to_fixed(after * inverse)};
+    before = is_last ? 0 : old;
   }
-  for (std::uint32_t v = 0; v < kernel.vertices_count; ++v)
-    kernel.readers[slot_of[v]].bits = v | CrfReader::kPoints;
-  kernel.axis_begin[vertices] = length;
+  for (std::size_t k = 0; k < chain.size(); ++k, ++length) {
+    std::uint32_t& slot = scratch_[chain[k] & ~kChainEnd];
+    const bool is_read_before = k > 0 && kernel.blur[length - 1].after_share != 0;
+    const bool is_read_after = k + 1 < chain.size() && kernel.blur[length + 1].before_share != 0;
+    kernel.readers[slot].bits = static_cast<std::uint32_t>(length) |
+                                (is_read_before ? CrfReader::kBefore : 0) |
+                                (is_read_after ? CrfReader::kAfter : 0);
+    slot = kernel.vertices_count + static_cast<std::uint32_t>(length);
+  }
+  kernel.axis_begin[static_cast<std::size_t>(axis) + 1] = length;
+}
 
-  for (std::size_t i = 0; i < points_count_; ++i) {
+void DenseCrf::add_slice_shares(Kernel& kernel, std::size_t first, std::size_t count) noexcept {
+  const std::size_t vertices = kernel.per_point();
+  const auto simplices = lattice_.simplices();
+  for (std::size_t i = first; i < first + count; ++i) {
     float message = 0;
     for (const VertexWeight& v : simplices.subspan(i * vertices, vertices))
-      message += v.weight * mass[v.vertex];
+      message += v.weight * mass_[v.vertex];
     const float inverse = 1 / std::max(message, kTinyMass);
     float left = 0;
     for (std::size_t k = 0; k < vertices; ++k) {
       const VertexWeight& v = simplices[i * vertices + k];
       CrfSimplexVertex& out = kernel.simplices[i * vertices + k];
-      out.slice_slot = slot_of[v.vertex];
-      out.slice_share = to_fixed(v.weight * mass[v.vertex] * inverse, left);
+      out.slice_slot = scratch_[v.vertex];
+      out.slice_share = to_fixed(v.weight * mass_[v.vertex] * inverse, left);
     }
     kernel.slice_scale[i] =
-        (normalisation == CrfNormalisation::symmetric ? weight * splat_scale[i] * message : weight) / kOne;
+        (build_.normalisation == CrfNormalisation::symmetric ? build_.weight * marginals_[i] * message
+                                                             : build_.weight) /
+        kOne;
   }
-  return true;
 }
 
 void DenseCrf::begin_columns(const CrfCompatibility& compatibility) noexcept {

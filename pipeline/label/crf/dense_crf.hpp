@@ -84,6 +84,13 @@ struct DenseCrfConfig {
   std::array<Kernel, kCrfKernelsMax> kernel{};
 };
 
+/// What DenseCrf::continue_kernel() did.
+struct CrfPiece {
+  rt::Status status = rt::Status::ok;
+  bool is_last = false;        ///< the kernel is there, or has failed
+  std::uint64_t price_ns = 0;  ///< fixed, by what was worked on: ns on one 3.4 GHz core
+};
+
 /// Mean field over one point set at a time. Steps, in order: begin, add_kernel for each, set_unary, solve.
 /// Fixed memory, no heap. Not thread-safe.
 class DenseCrf {
@@ -99,6 +106,13 @@ class DenseCrf {
   /// weight of 0 leaves it out. full or corrupt as Lattice::build(); full also when the slots do not suffice.
   rt::Status add_kernel(std::size_t m, float weight, std::span<const float> features,
                         CrfNormalisation normalisation) noexcept;
+  /// add_kernel() in pieces of at most a millisecond (2048 points to embed, or one axis of the lattice), for
+  /// whoever must not be away for long: begin_kernel(), then continue_kernel() until the last piece. Nothing
+  /// else may be called in between, and the features stay where they are. Same errors, same bits.
+  void begin_kernel(std::size_t m, float weight, std::span<const float> features,
+                    CrfNormalisation normalisation) noexcept;
+  CrfPiece continue_kernel() noexcept;
+
   /// Where the caller may write the features of a kernel before add_kernel(): points_max x 6 floats.
   [[nodiscard]] std::span<float> feature_scratch() noexcept { return features_; }
 
@@ -118,9 +132,9 @@ class DenseCrf {
   CrfReport solve(int iterations_max, float settled_change) noexcept;
 
   /// The same one iteration at a time, for whoever spreads the work: start(), then iterate() until it answers
-  /// 0. Between iterations single points may get new costs by change_unary(), whose effect spreads from there;
-  /// false, and nothing changed, when the materials of one column would part: set_unary() and start() then.
-  /// Answer: points that moved.
+  /// 0. Between iterations single points may get new costs by change_unary(), whose effect spreads from
+  /// there; false, and nothing changed, when the materials of one column would part: set_unary() and start()
+  /// then. Answer: points that moved.
   std::size_t start(float settled_change) noexcept;
   std::size_t iterate() noexcept;
   [[nodiscard]] bool change_unary(std::size_t point, const float* cost_nat) noexcept;
@@ -157,7 +171,32 @@ class DenseCrf {
     [[nodiscard]] std::size_t per_point() const { return static_cast<std::size_t>(dimensions) + 1; }
   };
 
-  bool quantise(Kernel& kernel, std::size_t slots_max, float weight, CrfNormalisation normalisation) noexcept;
+  /// A kernel that is being added, in the order of the work.
+  enum class BuildStage : std::uint8_t {
+    embed,         // points into the lattice
+    link,          // its vertices into chains, axis by axis
+    degree_splat,  // the degree of each point, where the normalisation asks for it
+    degree_blur,
+    degree_slice,
+    mass,         // what the points put into each vertex
+    splat_share,  // each point's part of that
+    blur,         // the neighbours' shares, axis by axis
+    slice_share   // each vertex's part of a point's message
+  };
+  struct Build {
+    std::size_t kernel = 0;
+    float weight = 0;
+    std::span<const float> features;
+    CrfNormalisation normalisation = CrfNormalisation::symmetric;
+    BuildStage stage = BuildStage::embed;
+    std::size_t next = 0;    // point or axis of the stage
+    std::size_t length = 0;  // blur slots so far
+  };
+
+  void enter(BuildStage stage) noexcept;
+  void add_splat_shares(Kernel& kernel, std::size_t first, std::size_t count) noexcept;
+  void add_blur_slots(Kernel& kernel, int axis) noexcept;
+  void add_slice_shares(Kernel& kernel, std::size_t first, std::size_t count) noexcept;
   void begin_columns(const CrfCompatibility& compatibility) noexcept;
   void split_columns(const float* cost_nat) noexcept;
   void end_columns() noexcept;
@@ -169,6 +208,7 @@ class DenseCrf {
   std::array<Kernel, kCrfKernelsMax> kernel_{};
   LatticeHash hash_;
   Lattice lattice_;  // of the kernel that is being added
+  Build build_;
   std::span<std::uint32_t> scratch_;
   std::span<float> features_, unary_, marginals_, mass_, inverse_mass_, carry_;
   std::span<std::int16_t> splatted_;                              // the marginals as the lattices have them

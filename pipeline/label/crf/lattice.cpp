@@ -117,14 +117,14 @@ void Lattice::bind(rt::Slice& memory, int dimensions_max, std::size_t points_max
 }
 
 template <std::size_t kDimensions>
-rt::Status Lattice::embed_all(std::span<const float> features, LatticeHash& hash) noexcept {
+rt::Status Lattice::embed_some(std::span<const float> features, std::size_t first, std::size_t end,
+                               LatticeHash& hash) noexcept {
   constexpr std::size_t kVertices = kDimensions + 1, kAhead = 16;
-  const std::size_t count = features.size() / kDimensions;
-  VertexWeight* out = simplices_.data();
+  VertexWeight* out = simplices_.data() + first * kVertices;
   std::array<LatticeSimplex<kDimensions>, kAhead> simplex;
   std::array<std::array<std::uint64_t, kVertices>, kAhead> hashes;
-  for (std::size_t first = 0; first < count; first += kAhead) {
-    const std::size_t points = std::min(kAhead, count - first);
+  for (; first < end; first += kAhead) {
+    const std::size_t points = std::min(kAhead, end - first);
     for (std::size_t i = 0; i < points; ++i) {
       if (!embed<kDimensions>(&features[(first + i) * kDimensions], simplex[i])) return rt::Status::corrupt;
       for (std::size_t k = 0; k < kVertices; ++k) {
@@ -142,87 +142,118 @@ rt::Status Lattice::embed_all(std::span<const float> features, LatticeHash& hash
   return rt::Status::ok;
 }
 
-rt::Status Lattice::build(int dimensions, std::span<const float> features, LatticeHash& hash,
-                          std::span<std::uint32_t> next) noexcept {
+rt::Status Lattice::begin_build(int dimensions, std::size_t points_count, LatticeHash& hash) noexcept {
   TACTUS_ASSERT(dimensions == 2 || dimensions == 3 || dimensions == 5 || dimensions == 6);
-  TACTUS_ASSERT(features.size() % static_cast<std::size_t>(dimensions) == 0);
   dimensions_ = dimensions;
-  TACTUS_ASSERT(next.size() >= vertices_max_ && chains_.size() >= vertices_max_ * per_point());
+  TACTUS_ASSERT(chains_.size() >= vertices_max_ * per_point());
   points_count_ = 0;
   vertices_count_ = 0;
   chain_begin_.fill(0);
-  const std::size_t count = features.size() / static_cast<std::size_t>(dimensions_);
-  if (count * per_point() > simplices_.size()) return rt::Status::full;
+  if (points_count * per_point() > simplices_.size()) return rt::Status::full;
   hash.clear(std::min(hash.capacity(), vertices_max_));
-  const rt::Status embedded = dimensions_ == 2   ? embed_all<2>(features, hash)
-                              : dimensions_ == 3 ? embed_all<3>(features, hash)
-                              : dimensions_ == 5 ? embed_all<5>(features, hash)
-                                                 : embed_all<6>(features, hash);
-  if (embedded != rt::Status::ok) return embedded;
-  points_count_ = count;
-  vertices_count_ = hash.size();
-  // Rows: `next` is the neighbour against the axis; kChainEnd marks vertices that follow another.
+  points_count_ = points_count;
+  return rt::Status::ok;
+}
+
+rt::Status Lattice::embed_points(std::span<const float> features, std::size_t first, std::size_t count,
+                                 LatticeHash& hash) noexcept {
+  const std::size_t end = first + count;
+  TACTUS_ASSERT(end <= points_count_ &&
+                features.size() == points_count_ * static_cast<std::size_t>(dimensions_));
+  const rt::Status embedded = dimensions_ == 2   ? embed_some<2>(features, first, end, hash)
+                              : dimensions_ == 3 ? embed_some<3>(features, first, end, hash)
+                              : dimensions_ == 5 ? embed_some<5>(features, first, end, hash)
+                                                 : embed_some<6>(features, first, end, hash);
+  if (embedded != rt::Status::ok) points_count_ = 0;
+  vertices_count_ = embedded == rt::Status::ok ? hash.size() : 0;
+  return embedded;
+}
+
+// Rows: `next` is the neighbour against the axis; kChainEnd marks vertices that follow another.
+void Lattice::link_axis(int axis, const LatticeHash& hash, std::span<std::uint32_t> next) noexcept {
+  TACTUS_ASSERT(axis >= 0 && axis <= dimensions_ && next.size() >= vertices_count_);
   constexpr std::uint32_t kAhead = 32;
   std::array<LatticeKey, kAhead> neighbour;
   std::array<std::uint64_t, kAhead> hashes;
-  std::size_t length = 0;
-  for (int axis = 0; axis <= dimensions_; ++axis) {
-    chain_begin_[static_cast<std::size_t>(axis)] = length;
-    std::fill_n(next.begin(), vertices_count_, kChainEnd - 1);
-    for (std::uint32_t first = 0; first < vertices_count_; first += kAhead) {
-      const std::uint32_t count_here = std::min(kAhead, vertices_count_ - first);
-      for (std::uint32_t i = 0; i < count_here; ++i) {
-        neighbour[i] = lattice_neighbour(hash.key(first + i), dimensions_, axis);
-        hashes[i] = LatticeHash::hash_of(neighbour[i]);
-        hash.prefetch(hashes[i]);
-      }
-      for (std::uint32_t i = 0; i < count_here; ++i) {
-        const std::uint32_t before = hash.find(neighbour[i], hashes[i]);
-        if (before == kNoVertex) continue;
-        next[before] = (next[before] & kChainEnd) | (first + i);
-        next[first + i] |= kChainEnd;
-      }
+  std::fill_n(next.begin(), vertices_count_, kChainEnd - 1);
+  for (std::uint32_t first = 0; first < vertices_count_; first += kAhead) {
+    const std::uint32_t count_here = std::min(kAhead, vertices_count_ - first);
+    for (std::uint32_t i = 0; i < count_here; ++i) {
+      neighbour[i] = lattice_neighbour(hash.key(first + i), dimensions_, axis);
+      hashes[i] = LatticeHash::hash_of(neighbour[i]);
+      hash.prefetch(hashes[i]);
     }
-    for (std::uint32_t head = 0; head < vertices_count_; ++head) {
-      if (next[head] >= kChainEnd - 1) continue;
-      std::uint32_t v = head;
-      for (std::uint32_t after; (after = next[v] & ~kChainEnd) != kChainEnd - 1; v = after)
-        chains_[length++] = v;
-      chains_[length++] = v | kChainEnd;
+    for (std::uint32_t i = 0; i < count_here; ++i) {
+      const std::uint32_t before = hash.find(neighbour[i], hashes[i]);
+      if (before == kNoVertex) continue;
+      next[before] = (next[before] & kChainEnd) | (first + i);
+      next[first + i] |= kChainEnd;
     }
   }
-  chain_begin_[per_point()] = length;
+  std::size_t length = chain_begin_[static_cast<std::size_t>(axis)];
+  for (std::uint32_t head = 0; head < vertices_count_; ++head) {
+    if (next[head] >= kChainEnd - 1) continue;
+    std::uint32_t v = head;
+    for (std::uint32_t after; (after = next[v] & ~kChainEnd) != kChainEnd - 1; v = after)
+      chains_[length++] = v;
+    chains_[length++] = v | kChainEnd;
+  }
+  chain_begin_[static_cast<std::size_t>(axis) + 1] = length;
+}
+
+rt::Status Lattice::build(int dimensions, std::span<const float> features, LatticeHash& hash,
+                          std::span<std::uint32_t> next) noexcept {
+  TACTUS_ASSERT(features.size() % static_cast<std::size_t>(dimensions) == 0);
+  const std::size_t count = features.size() / static_cast<std::size_t>(dimensions);
+  rt::Status status = begin_build(dimensions, count, hash);
+  if (status == rt::Status::ok) status = embed_points(features, 0, count, hash);
+  if (status != rt::Status::ok) return status;
+  for (int axis = 0; axis <= dimensions_; ++axis) link_axis(axis, hash, next);
   return rt::Status::ok;
+}
+
+void lattice_splat(const Lattice& lattice, std::span<const float> value, std::size_t first, std::size_t count,
+                   std::span<float> vertices) noexcept {
+  const std::size_t per_point = lattice.per_point();
+  const auto simplices = lattice.simplices();
+  for (std::size_t i = first; i < first + count; ++i)
+    for (const VertexWeight& v : simplices.subspan(i * per_point, per_point))
+      vertices[v.vertex] += v.weight * value[i];
+}
+
+void lattice_blur(const Lattice& lattice, int axis, std::span<float> vertices) noexcept {
+  float before = 0;
+  const auto chain = lattice.chains(axis);
+  for (std::size_t k = 0; k < chain.size(); ++k) {
+    float& here = vertices[chain[k] & ~kChainEnd];
+    const bool is_last = (chain[k] & kChainEnd) != 0;
+    const float after = is_last ? 0 : vertices[chain[k + 1] & ~kChainEnd];
+    const float old = here;
+    here = old + 0.5F * (before + after);
+    before = is_last ? 0 : old;
+  }
+}
+
+void lattice_slice(const Lattice& lattice, std::span<const float> vertices, std::size_t first,
+                   std::size_t count, std::span<float> out) noexcept {
+  const std::size_t per_point = lattice.per_point();
+  const auto simplices = lattice.simplices();
+  for (std::size_t i = first; i < first + count; ++i) {
+    float sum = 0;
+    for (const VertexWeight& v : simplices.subspan(i * per_point, per_point))
+      sum += v.weight * vertices[v.vertex];
+    out[i] = sum;
+  }
 }
 
 void lattice_filter(const Lattice& lattice, std::span<const float> value, std::span<float> vertices,
                     std::span<float> out) noexcept {
   TACTUS_ASSERT(value.size() == lattice.points_count() && out.size() == value.size() &&
                 vertices.size() >= lattice.vertices_count());
-  const std::size_t per_point = lattice.per_point();
-  const auto simplices = lattice.simplices();
   std::fill_n(vertices.begin(), lattice.vertices_count(), 0.0F);
-  for (std::size_t i = 0; i < value.size(); ++i)
-    for (const VertexWeight& v : simplices.subspan(i * per_point, per_point))
-      vertices[v.vertex] += v.weight * value[i];
-  for (int axis = 0; axis <= lattice.dimensions(); ++axis) {
-    float before = 0;
-    const auto chain = lattice.chains(axis);
-    for (std::size_t k = 0; k < chain.size(); ++k) {
-      float& here = vertices[chain[k] & ~kChainEnd];
-      const bool is_last = (chain[k] & kChainEnd) != 0;
-      const float after = is_last ? 0 : vertices[chain[k + 1] & ~kChainEnd];
-      const float old = here;
-      here = old + 0.5F * (before + after);
-      before = is_last ? 0 : old;
-    }
-  }
-  for (std::size_t i = 0; i < value.size(); ++i) {
-    float sum = 0;
-    for (const VertexWeight& v : simplices.subspan(i * per_point, per_point))
-      sum += v.weight * vertices[v.vertex];
-    out[i] = sum;
-  }
+  lattice_splat(lattice, value, 0, value.size(), vertices);
+  for (int axis = 0; axis <= lattice.dimensions(); ++axis) lattice_blur(lattice, axis, vertices);
+  lattice_slice(lattice, vertices, 0, value.size(), out);
 }
 
 }  // namespace tactus::label

@@ -178,6 +178,14 @@ class Lattice {
   rt::Status build(int dimensions, std::span<const float> features, LatticeHash& hash,
                    std::span<std::uint32_t> next) noexcept;
 
+  /// build() in pieces, for whoever must not be away for long: begin_build(), embed_points() with all points
+  /// piece by piece in their order, then link_axis() for the axes from 0 to d. Same arguments, same errors,
+  /// same bits. Phase: any.
+  rt::Status begin_build(int dimensions, std::size_t points_count, LatticeHash& hash) noexcept;
+  rt::Status embed_points(std::span<const float> features, std::size_t first, std::size_t count,
+                          LatticeHash& hash) noexcept;
+  void link_axis(int axis, const LatticeHash& hash, std::span<std::uint32_t> next) noexcept;
+
   [[nodiscard]] int dimensions() const noexcept { return dimensions_; }
   [[nodiscard]] std::size_t points_count() const noexcept { return points_count_; }
   [[nodiscard]] std::uint32_t vertices_count() const noexcept { return vertices_count_; }
@@ -200,7 +208,8 @@ class Lattice {
 
  private:
   template <std::size_t kDimensions>
-  rt::Status embed_all(std::span<const float> features, LatticeHash& hash) noexcept;
+  rt::Status embed_some(std::span<const float> features, std::size_t first, std::size_t end,
+                        LatticeHash& hash) noexcept;
 
   int dimensions_ = 0;
   std::size_t points_count_ = 0, vertices_max_ = 0;
@@ -214,5 +223,12 @@ class Lattice {
 /// vertices: scratch, vertices_count(). float32. Phase: any.
 void lattice_filter(const Lattice& lattice, std::span<const float> value, std::span<float> vertices,
                     std::span<float> out) noexcept;
+
+/// Its three parts: of the points from first to first + count, of one axis. Splatting adds. Phase: any.
+void lattice_splat(const Lattice& lattice, std::span<const float> value, std::size_t first, std::size_t count,
+                   std::span<float> vertices) noexcept;
+void lattice_blur(const Lattice& lattice, int axis, std::span<float> vertices) noexcept;
+void lattice_slice(const Lattice& lattice, std::span<const float> vertices, std::size_t first,
+                   std::size_t count, std::span<float> out) noexcept;
 
 }  // namespace tactus::label
