@@ -4,7 +4,9 @@
 #include <array>
 #include <cmath>
 
+#include "pipeline/map/fuse_labels.hpp"
 #include "pipeline/register/depth_images.hpp"
+#include "rt/assert.hpp"
 
 namespace tactus::firmware {
 namespace {
@@ -24,15 +26,20 @@ void ExactFusion::add(const T_WorldDepth& T_world_depth, std::span<const float> 
   keyframe.scores = scores;
 }
 
-std::vector<float> ExactFusion::unary_nat(std::span<const map::SurfaceCell> cells,
-                                          const hal::RigCalibration& rig, const hal::Intrinsics& half_camera,
-                                          float voxel_size_m) const {
+FusedTwice ExactFusion::fuse(std::span<const map::SurfaceCell> cells, const hal::RigCalibration& rig,
+                             const hal::Intrinsics& half_camera, float voxel_size_m) const {
+  FusedTwice fused;
+  fused.words.assign(cells.size(), 0);
   std::vector<double> cost(cells.size() * kMaterialCount);
   MaterialDistribution p{};
+  std::array<std::uint8_t, kMaterialCount> bytes;
   for (const Keyframe& keyframe : keyframes_) {
     segment::MaterialScores scores = keyframe.scores;
     scores.probability = {const_cast<std::uint8_t*>(keyframe.probability.data()),
                           keyframe.probability.size()};
+    const map::ScoreView view{keyframe.probability.data(), scores.width,          scores.height,
+                              scores.columns.scale,        scores.columns.offset, scores.rows.scale,
+                              scores.rows.offset};
     const Transform<Depth, World> T_depth_world = keyframe.T_world_depth.inverse();
     for (std::size_t i = 0; i < cells.size(); ++i) {
       const Vec3d at = T_depth_world * cells[i].position_world_m.cast<double>();
@@ -51,20 +58,40 @@ std::vector<float> ExactFusion::unary_nat(std::span<const map::SurfaceCell> cell
       const double tolerance_m =
           std::max(kAgreeVoxels * static_cast<double>(voxel_size_m), kAgreeSigmas * sigma_m * toward);
       if (!(std::abs(measured_m - at.z) * toward <= tolerance_m)) continue;
-      scores.sample(static_cast<float>(ray.x * rig.depth.fx + rig.depth.cx),
-                    static_cast<float>(ray.y * rig.depth.fy + rig.depth.cy), p);
+      const auto u = static_cast<float>(ray.x * rig.depth.fx + rig.depth.cx),
+                 v = static_cast<float>(ray.y * rig.depth.fy + rig.depth.cy);
+      if (!map::sample_scores(view, u, v, bytes)) continue;
+      fused.words[i] = label::fuse(fused.words[i], label::costs_of(bytes));
+      scores.sample(u, v, p);
       for (std::size_t m = 0; m < kMaterialCount; ++m)
         cost[i * kMaterialCount + m] -= std::log(std::max(static_cast<double>(p[m]), kProbabilityMin));
     }
   }
-  std::vector<float> unary(cost.size());
+  fused.unary_nat.resize(cost.size());
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const auto begin = cost.begin() + static_cast<std::ptrdiff_t>(i * kMaterialCount);
     const double best = *std::min_element(begin, begin + kMaterialCount);
     for (std::size_t m = 0; m < kMaterialCount; ++m)
-      unary[i * kMaterialCount + m] = static_cast<float>(cost[i * kMaterialCount + m] - best);
+      fused.unary_nat[i * kMaterialCount + m] = static_cast<float>(cost[i * kMaterialCount + m] - best);
   }
-  return unary;
+  return fused;
+}
+
+FusionLoss loss_of(std::span<const label::LabelWord> words, const FusedTwice& exact) {
+  TACTUS_ASSERT(words.size() == exact.words.size());
+  FusionLoss loss;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (exact.words[i] == 0) continue;
+    ++loss.cells_count;
+    const auto cost = std::span(exact.unary_nat).subspan(i * kMaterialCount, kMaterialCount);
+    double sum = 0;  // the best one's cost is 0
+    for (const float c : cost) sum += std::exp(-static_cast<double>(c));
+    const auto winner = std::min_element(cost.begin(), cost.end()) - cost.begin();
+    loss.winner_equal_count += label::best(words[i]) == winner ? 1u : 0u;
+    loss.probability_near_count +=
+        std::abs(static_cast<double>(label::confidence(words[i])) - 1 / sum) <= kProbabilityNear ? 1u : 0u;
+  }
+  return loss;
 }
 
 }  // namespace tactus::firmware

@@ -1,5 +1,5 @@
 // Eq. (1) of the paper with nothing given up: float64, all 23 materials, the finished geometry, after the
-// session. What the compact cells and fusing while mapping lose is measured against it.
+// session. What the label words lose, and what fusing while mapping loses, is measured against it.
 #pragma once
 
 #include <cstdint>
@@ -7,10 +7,35 @@
 #include <vector>
 
 #include "hal/calibration.hpp"
+#include "pipeline/label/label_cell.hpp"
 #include "pipeline/map/cell_list.hpp"
 #include "pipeline/segment/material_scores.hpp"
 
 namespace tactus::firmware {
+
+/// Every cell's labels from the same observations, twice.
+struct FusedTwice {
+  std::vector<float> unary_nat;  // [cell][23]: -ln P relative to the best; all 0 where no keyframe saw it
+  std::vector<label::LabelWord> words;  // by label::fuse(), as the map does it; 0 where no keyframe saw it
+};
+
+/// How far label words are from FusedTwice::unary_nat, over the cells that a keyframe saw.
+struct FusionLoss {
+  std::uint64_t cells_count = 0;
+  std::uint64_t winner_equal_count = 0;      // the same most probable material
+  std::uint64_t probability_near_count = 0;  // its probability within kProbabilityNear
+  [[nodiscard]] double winner_share() const { return share(winner_equal_count); }
+  [[nodiscard]] double probability_share() const { return share(probability_near_count); }
+
+ private:
+  [[nodiscard]] double share(std::uint64_t count) const {
+    return cells_count == 0 ? 0 : static_cast<double>(count) / static_cast<double>(cells_count);
+  }
+};
+inline constexpr double kProbabilityNear = 0.05;
+
+/// `words`: one a cell.
+[[nodiscard]] FusionLoss loss_of(std::span<const label::LabelWord> words, const FusedTwice& exact);
 
 class ExactFusion {
  public:
@@ -19,11 +44,9 @@ class ExactFusion {
   void add(const T_WorldDepth& T_world_depth, std::span<const float> half_depth_m,
            const segment::MaterialScores& scores);
 
-  /// Unary costs -ln P per cell and material, nats, relative to the best; all 0 where no keyframe saw the
-  /// cell. A keyframe sees it by the rule of map::fuse_labels().
-  [[nodiscard]] std::vector<float> unary_nat(std::span<const map::SurfaceCell> cells,
-                                             const hal::RigCalibration& rig,
-                                             const hal::Intrinsics& half_camera, float voxel_size_m) const;
+  /// A keyframe sees a cell by the rule of map::fuse_labels().
+  [[nodiscard]] FusedTwice fuse(std::span<const map::SurfaceCell> cells, const hal::RigCalibration& rig,
+                                const hal::Intrinsics& half_camera, float voxel_size_m) const;
 
  private:
   struct Keyframe {

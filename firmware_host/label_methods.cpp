@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "firmware_host/color_names.hpp"
-#include "firmware_host/exact_fusion.hpp"
 #include "firmware_host/image_refiner.hpp"
 #include "firmware_host/label_crf.hpp"
 #include "firmware_host/true_depth.hpp"
@@ -94,6 +93,13 @@ std::vector<MaterialId> best_labels(std::span<const float> unary_nat) {
       labels[i] = static_cast<MaterialId>(std::min_element(cost, cost + kMaterialCount) - cost);
   }
   return labels;
+}
+
+std::vector<label::LabelWord> words_of(std::span<const map::SurfaceCell> cells) {
+  std::vector<label::LabelWord> words;
+  words.reserve(cells.size());
+  for (const map::SurfaceCell& cell : cells) words.push_back(cell.word);
+  return words;
 }
 
 /// As map::Reader answers: refined where the CRF has come by, else as fused.
@@ -336,9 +342,13 @@ rt::Result<LabelStudy> study_labels(const LabelStudyRequest& request) {
                true_depths_m.empty() ? std::span<const float>{} : std::span<const float>(true_depths_m[v]),
                study, study.views[v]);
   CellPoints points(study.cells);
-  if (request.has_exact_fusion)
-    points.unary_nat = exact_fusion.unary_nat(study.cells, rig, session.pipeline().spine().half_camera(),
-                                              session.map().config().voxel_size_m);
+  if (request.has_exact_fusion) {
+    FusedTwice fused = exact_fusion.fuse(study.cells, rig, session.pipeline().spine().half_camera(),
+                                         session.map().config().voxel_size_m);
+    study.word_loss = loss_of(fused.words, fused);
+    study.map_loss = loss_of(words_of(study.cells), fused);
+    points.unary_nat = std::move(fused.unary_nat);
+  }
   study.cell_truth = majority_truth(study);
   if (request.has_method[at(LabelMethod::fused)])
     study.cell_labels[at(LabelMethod::fused)] =

@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "firmware_host/exact_fusion.hpp"
 #include "firmware_host/label_session.hpp"
 #include "firmware_host/label_truth.hpp"
 #include "pipeline/label/crf/crf.hpp"
@@ -72,6 +73,9 @@ struct LabelStudy {
   std::string description;             // of the source
   std::uint64_t frames_count = 0, frames_lost = 0, keyframes_taken = 0, keyframes_fused = 0;
   std::optional<CrfOutcome> crf;  // of fused_crf3d
+  // With has_exact_fusion: label words against float64, of the same observations and as they are in the map,
+  // which fused while its surface was still moving.
+  std::optional<FusionLoss> word_loss, map_loss;
   double label_age_ms_p50 = 0;
   double segment_ms_total = 0, fuse_ms_total = 0;  // of the run with Bayes' rule
   // While it ran, over the visible surface of all tracked frames (label_survey.hpp).

@@ -42,7 +42,12 @@ double mean_iu(const StudyScores& scores, LabelMethod method) {
   return evaluate::label_metrics(scores[static_cast<std::size_t>(method)]->pixels.all).mean_iu * 100;
 }
 
-rt::Result<StudyScores> run(const StudySet& set, const Swap& swap) {
+struct Measured {
+  StudyScores scores;
+  std::optional<FusionLoss> word_loss, map_loss;  // where fusion was swapped
+};
+
+rt::Result<Measured> run(const StudySet& set, const Swap& swap) {
   LabelStudyRequest request = set.request;
   request.has_method = {false, false, false, true, true};
   request.session.has_true_poses = swap.poses;
@@ -53,7 +58,26 @@ rt::Result<StudyScores> run(const StudySet& set, const Swap& swap) {
   if (swap.labels) request.settings.label_source = LabelSource::truth;
   const auto study = study_labels(request);
   if (!study) return rt::Error{study.error().code, set.name + ": " + study.error().message};
-  return score(*study);
+  return Measured{score(*study), study->word_loss, study->map_loss};
+}
+
+/// What line 4 of the table is made of.
+std::string fusion_text(const FusionLoss& word, const FusionLoss& map) {
+  char text[320];
+  std::snprintf(
+      text, sizeof(text),
+      "  label words against float64: the same most probable material in %.2f %% of %llu cells, its "
+      "probability\n  within %.2f in %.2f %%; as they are in the map, which fuses while its surface "
+      "still moves: %.2f and %.2f %%\n",
+      100 * word.winner_share(), static_cast<unsigned long long>(word.cells_count), kProbabilityNear,
+      100 * word.probability_share(), 100 * map.winner_share(), 100 * map.probability_share());
+  return text;
+}
+
+nlohmann::json fusion_json(const FusionLoss& loss) {
+  return {{"cells", loss.cells_count},
+          {"winner_equal_share", loss.winner_share()},
+          {"probability_near_share", loss.probability_share()}};
 }
 
 }  // namespace
@@ -69,9 +93,10 @@ rt::Result<std::string> study_errors(const StudyOptions& options) {
     std::array<std::array<double, 2>, kExperiments.size()> iu{};
     for (std::size_t e = 0; e < kExperiments.size(); ++e) {
       const Experiment& experiment = kExperiments[e];
-      auto scores = run(set, experiment.swap);
-      if (!scores) return scores.error();
-      iu[e] = {mean_iu(*scores, LabelMethod::fused), mean_iu(*scores, LabelMethod::fused_crf3d)};
+      auto measured = run(set, experiment.swap);
+      if (!measured) return measured.error();
+      const StudyScores& scores = measured->scores;
+      iu[e] = {mean_iu(scores, LabelMethod::fused), mean_iu(scores, LabelMethod::fused_crf3d)};
       char line[200];
       nlohmann::json one = {{"mean_iu_fused", iu[e][0] / 100}, {"mean_iu_fused_crf3d", iu[e][1] / 100}};
       if (experiment.beside < 0) {
@@ -86,6 +111,11 @@ rt::Result<std::string> study_errors(const StudyOptions& options) {
         one["gain_fused_crf3d"] = (iu[e][1] - before[1]) / 100;
       }
       text += line;
+      if (experiment.swap.fusion && experiment.beside == 0 && !experiment.swap.poses) {
+        text += fusion_text(*measured->word_loss, *measured->map_loss);
+        one["label_words"] = fusion_json(*measured->word_loss);
+        one["label_words_in_map"] = fusion_json(*measured->map_loss);
+      }
       json_sets[set.name][experiment.name] = std::move(one);
     }
     text += "\n";

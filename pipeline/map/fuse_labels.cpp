@@ -85,32 +85,6 @@ class KeyframeView {
     return project_to_color(p, u, v);
   }
 
-  /// The 23 bytes at a colour pixel, bilinear; false where no score was ever written.
-  bool scores_at(float u, float v, std::array<std::uint8_t, kMaterialCount>& out) const {
-    const ScoreView& s = keyframe_.scores;
-    const float x = std::clamp(s.scale_u * u + s.offset_u, 0.0f, static_cast<float>(s.width - 1));
-    const float y = std::clamp(s.scale_v * v + s.offset_v, 0.0f, static_cast<float>(s.height - 1));
-    const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
-    const int x1 = std::min(x0 + 1, s.width - 1), y1 = std::min(y0 + 1, s.height - 1);
-    const auto fx = static_cast<std::uint32_t>((x - static_cast<float>(x0)) * 256.0f);
-    const auto fy = static_cast<std::uint32_t>((y - static_cast<float>(y0)) * 256.0f);
-    const auto at = [&](int px, int py) {
-      return s.probability + (static_cast<std::size_t>(py) * static_cast<std::size_t>(s.width) +
-                              static_cast<std::size_t>(px)) *
-                                 kMaterialCount;
-    };
-    const std::uint8_t *a = at(x0, y0), *b = at(x1, y0), *c = at(x0, y1), *d = at(x1, y1);
-    const std::uint32_t wa = (256 - fx) * (256 - fy), wb = fx * (256 - fy), wc = (256 - fx) * fy,
-                        wd = fx * fy;
-    std::uint32_t any = 0;
-    for (std::size_t m = 0; m < kMaterialCount; ++m) {
-      const std::uint32_t sum = a[m] * wa + b[m] * wb + c[m] * wc + d[m] * wd;
-      out[m] = static_cast<std::uint8_t>((sum + 32768) >> 16);
-      any |= out[m];
-    }
-    return any != 0;
-  }
-
   [[nodiscard]] bool may_see(BlockKey key) const {
     const float size = kBlockSide * config_.voxel_size_m;
     const Vec3f half{size / 2, size / 2, size / 2};
@@ -153,6 +127,30 @@ class KeyframeView {
 
 }  // namespace
 
+bool sample_scores(const ScoreView& s, float u, float v,
+                   std::span<std::uint8_t, kMaterialCount> out) noexcept {
+  const float x = std::clamp(s.scale_u * u + s.offset_u, 0.0f, static_cast<float>(s.width - 1));
+  const float y = std::clamp(s.scale_v * v + s.offset_v, 0.0f, static_cast<float>(s.height - 1));
+  const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
+  const int x1 = std::min(x0 + 1, s.width - 1), y1 = std::min(y0 + 1, s.height - 1);
+  const auto fx = static_cast<std::uint32_t>((x - static_cast<float>(x0)) * 256.0f);
+  const auto fy = static_cast<std::uint32_t>((y - static_cast<float>(y0)) * 256.0f);
+  const auto at = [&](int px, int py) {
+    return s.probability +
+           (static_cast<std::size_t>(py) * static_cast<std::size_t>(s.width) + static_cast<std::size_t>(px)) *
+               kMaterialCount;
+  };
+  const std::uint8_t *a = at(x0, y0), *b = at(x1, y0), *c = at(x0, y1), *d = at(x1, y1);
+  const std::uint32_t wa = (256 - fx) * (256 - fy), wb = fx * (256 - fy), wc = (256 - fx) * fy, wd = fx * fy;
+  std::uint32_t any = 0;
+  for (std::size_t m = 0; m < kMaterialCount; ++m) {
+    const std::uint32_t sum = a[m] * wa + b[m] * wb + c[m] * wc + d[m] * wd;
+    out[m] = static_cast<std::uint8_t>((sum + 32768) >> 16);
+    any |= out[m];
+  }
+  return any != 0;
+}
+
 FuseLabelsResult fuse_labels(Map& map, const LabelKeyframe& keyframe, std::span<const BlockIndex> blocks,
                              LabelRule rule, std::size_t cells_max) noexcept {
   TACTUS_ASSERT(keyframe.scores.probability != nullptr && keyframe.scores.width > 0 &&
@@ -180,7 +178,7 @@ FuseLabelsResult fuse_labels(Map& map, const LabelKeyframe& keyframe, std::span<
       CellSurface surface;
       float u = 0, v = 0;
       if (!surface_of_cell(tsdf, cell, map.config(), surface)) continue;
-      if (!view.saw(origin, surface, u, v) || !view.scores_at(u, v, scores)) continue;
+      if (!view.saw(origin, surface, u, v) || !sample_scores(keyframe.scores, u, v, scores)) continue;
       LabelWord& word = labels[static_cast<std::size_t>(cell)];
       const label::ObservationCosts costs = label::costs_of(scores);
       word = rule == LabelRule::bayes ? label::fuse(word, costs) : label::replace(word, costs);

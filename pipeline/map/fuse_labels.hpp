@@ -26,6 +26,10 @@ struct ScoreView {
   float scale_u = 1, offset_u = 0, scale_v = 1, offset_v = 0;
 };
 
+/// The 23 bytes at a colour pixel, bilinear; false where no score was ever written. Phase: any. Pure.
+[[nodiscard]] bool sample_scores(const ScoreView& scores, float u, float v,
+                                 std::span<std::uint8_t, kMaterialCount> out) noexcept;
+
 /// A keyframe as it was when its images were taken.
 struct LabelKeyframe {
   T_WorldDepth T_world_depth;
