@@ -107,7 +107,7 @@ std::vector<MaterialId> refined_labels(std::span<const map::SurfaceCell> cells) 
   std::vector<MaterialId> labels;
   labels.reserve(cells.size());
   for (const map::SurfaceCell& cell : cells)
-    labels.push_back(cell.refined != 0 ? label::refined_best(cell.refined) : label::best(cell.word));
+    labels.push_back(label::seen_material(cell.word, cell.refined));
   return labels;
 }
 

@@ -97,11 +97,9 @@ json describe(const map::Map& map) {
   std::vector<map::SurfaceCell> cells(map::count_surface_cells(map));
   (void)map::gather_surface_cells(map, cells);
   for (const map::SurfaceCell& cell : cells) {
-    const label::RefinedWord refined =
-        map.refined_concurrent(map.find(cell.address.key), static_cast<int>(cell.address.cell));
-    const MaterialId seen = refined != 0 ? label::refined_best(refined) : label::best(cell.word);
+    const MaterialId seen = label::seen_material(cell.word, cell.refined);
     ++count[std::min<std::size_t>(seen, kMaterialCount)];
-    pinned += label::is_pinned(refined);
+    pinned += label::is_pinned(cell.refined);
   }
   json materials = json::array();
   for (const MaterialId id : ranked<std::size_t>(std::span(count).first<kMaterialCount>()))

@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <span>
 
+#include "pipeline/label/label_cell.hpp"
 #include "pipeline/label/material.hpp"
 
 namespace tactus::label {
@@ -51,6 +52,11 @@ inline constexpr std::uint32_t kRefinedOne = 127;
 /// kUnknownMaterial for 0.
 [[nodiscard]] constexpr MaterialId refined_best(RefinedWord word) noexcept {
   return word == 0 ? kUnknownMaterial : static_cast<MaterialId>(word & 31U);
+}
+
+/// What readers take for a cell's material: pinned or refined where it is, else as fused.
+[[nodiscard]] constexpr MaterialId seen_material(LabelWord fused, RefinedWord refined) noexcept {
+  return refined != 0 ? refined_best(refined) : best(fused);
 }
 
 /// Marginal of refined_best(); 0 for 0.

@@ -137,11 +137,13 @@ class Map {
   }
   /// Even and unchanged around a read that also saw key(block) == the key asked for: the read is good.
   [[nodiscard]] std::uint32_t sequence_begin(BlockIndex block) const noexcept {
+    // Pairs with the release store of write_end(): who sees the even counter sees all words of that state.
     return std::atomic_ref(const_cast<std::uint32_t&>(headers_[block].sequence))
         .load(std::memory_order_acquire);
   }
   [[nodiscard]] bool sequence_validate(BlockIndex block, std::uint32_t begun) const noexcept {
-    // The words read before may not be read after the counter.
+    // The words read before may not be read after the counter. Pairs with the release fence of write_begin():
+    // who saw any new word sees the odd counter.
     std::atomic_thread_fence(std::memory_order_acquire);
     return (begun & 1u) == 0 && std::atomic_ref(const_cast<std::uint32_t&>(headers_[block].sequence))
                                         .load(std::memory_order_relaxed) == begun;

@@ -89,10 +89,10 @@ class Occupancy {
     int shift_ = 0;
   };
 
-  // Four to eight bits a block: of a full pool's empty blocks at most 22 % look occupied. A cube that a
-  // surface passes holds ten blocks and more.
+  // Two to four bits a block: of a full pool's empty blocks at most 40 % look occupied, and five bytes a
+  // voxel still pay for it. A cube that a surface passes holds ten blocks and more.
   static constexpr std::size_t block_bits(std::size_t blocks_capacity) {
-    return std::bit_ceil(64 + 4 * blocks_capacity);
+    return std::bit_ceil(64 + 2 * blocks_capacity);
   }
   static constexpr std::size_t cube_bits(std::size_t blocks_capacity) {
     return std::bit_ceil(64 + blocks_capacity / 4);

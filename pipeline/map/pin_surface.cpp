@@ -96,8 +96,7 @@ bool SurfacePinner::continues(Cell from, Cell to) noexcept {
     const Vec3f away = centre_of(key_[to.block], to.cell, config.voxel_size_m) - pin_.position_world_m;
     if (away.dot(away) > pin_.within_m * pin_.within_m) return false;
   } else {
-    const MaterialId seen =
-        refined != 0 ? label::refined_best(refined) : label::best(map_->labels(to.block)[to.cell]);
+    const MaterialId seen = label::seen_material(map_->labels(to.block)[to.cell], refined);
     if (seen != before_) return false;
   }
   CellSurface a, b;
