@@ -6,10 +6,6 @@
 #include <cstring>
 #include <vector>
 
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC diagnostic ignored "-Wtsan"  // the fences order atomic accesses only, see block_hash.cpp
-#endif
-
 namespace tactus::map {
 namespace {
 

@@ -24,6 +24,10 @@
 #include "pipeline/map/occupancy.hpp"
 #include "rt/slice.hpp"
 
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic ignored "-Wtsan"  // fences here order atomic accesses only, see block_hash.cpp
+#endif
+
 namespace tactus::map {
 
 struct MapConfig {

@@ -6,10 +6,6 @@
 #include "pipeline/label/label_cell.hpp"
 #include "pipeline/map/map.hpp"
 
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC diagnostic ignored "-Wtsan"  // the fence orders atomic accesses only, see block_hash.cpp
-#endif
-
 namespace tactus::map {
 namespace {
 

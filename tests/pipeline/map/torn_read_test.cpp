@@ -9,10 +9,6 @@
 
 #include "tests/pipeline/map/analytic_map.hpp"
 
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC diagnostic ignored "-Wtsan"  // the fence orders atomic accesses only, see block_hash.cpp
-#endif
-
 namespace tactus::map {
 namespace {
 
