@@ -20,7 +20,7 @@ struct Profile {
   std::size_t bodies_capacity = 64;
   segment::KeyframeRules keyframes;
   bool refines_labels = true;                                      // by the 3D CRF
-  map::RefineConfig refine = map::RefineConfig::for_cells(22528);  // fewer where memory_bytes_max leaves less
+  map::RefineConfig refine = map::RefineConfig::for_cells(19456);  // fewer where memory_bytes_max leaves less
   int threads_count = 1;                              // of the spine's fork-join; results do not depend on it
   std::size_t network_bytes = std::size_t{48} << 20;  // taken only when a network is loaded
   std::size_t trace_records_count = 16384;  // per thread, 40 bytes each: the last 60 s of a 30 Hz session

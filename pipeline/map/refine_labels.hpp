@@ -42,9 +42,10 @@ struct RefineConfig {
   /// each round starts from where the last one ended.
   ///
   /// Measured, cells of 2 cm, bandwidths 0.08 m; 0.2 m and 20; 0.2 m and 0.6: real rooms (fr1, kitchen) and
-  /// the synthetic ones need 0.1, 0.7 and 0.6 vertices a cell, and 0.5, 4.3 and 3.7 slots. A lattice over a
-  /// surface has as many vertices as fit into it: they go with the square of the bandwidth in space, and with
-  /// the other bandwidth, along which a surface is thin.
+  /// the synthetic ones need up to 0.1, 0.7 and 0.6 vertices a cell, and 0.5, 4.3 and 3.7 slots. The lattices
+  /// of positions, and of normals, which bend little, have as many vertices as fit into the surface: they go
+  /// with the square of the bandwidth in space. Colours scatter everywhere, so that there each bandwidth
+  /// counts once.
   static constexpr RefineConfig for_cells(std::size_t count,
                                           const label::CrfParameters& p = label::default_crf_parameters()) {
     const auto lattice = [count](float weight, double vertices_per_cell, double vertices_per_cell_max,
@@ -63,8 +64,7 @@ struct RefineConfig {
     RefineConfig config;
     config.crf = {
         count, lattice(p.smoothness.weight, smoothness * smoothness / 6, 4, 4.5),
-        lattice(p.appearance.weight, appearance * appearance * ratio(20, p.appearance.theta_color) * 3 / 4, 7,
-                6),
+        lattice(p.appearance.weight, appearance * ratio(20, p.appearance.theta_color) * 3 / 4, 7, 6),
         lattice(p.surface.weight, surface * surface * ratio(0.6, p.surface.theta_normal) * 2 / 3, 7, 6)};
     config.parameters = p;
     config.iterations = (p.iterations_max + 1) / 2;

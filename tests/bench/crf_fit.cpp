@@ -60,17 +60,19 @@ rt::Status solve(const LabelledPoints& room, const label::CrfParameters& paramet
 }
 
 constexpr std::array<CrfKnob, 8> kKnobs{{
-    {"smoothness.weight", [](label::CrfParameters& p) -> float& { return p.smoothness.weight; }},
+    {"smoothness.weight", [](label::CrfParameters& p) -> float& { return p.smoothness.weight; }, 0.1F, 8},
     {"smoothness.theta_position_m",
-     [](label::CrfParameters& p) -> float& { return p.smoothness.theta_position_m; }},
-    {"appearance.weight", [](label::CrfParameters& p) -> float& { return p.appearance.weight; }},
+     [](label::CrfParameters& p) -> float& { return p.smoothness.theta_position_m; }, 0.05F, 0.8F},
+    {"appearance.weight", [](label::CrfParameters& p) -> float& { return p.appearance.weight; }, 0.1F, 8},
     {"appearance.theta_position_m",
-     [](label::CrfParameters& p) -> float& { return p.appearance.theta_position_m; }},
-    {"appearance.theta_color", [](label::CrfParameters& p) -> float& { return p.appearance.theta_color; }},
-    {"surface.weight", [](label::CrfParameters& p) -> float& { return p.surface.weight; }},
-    {"surface.theta_position_m",
-     [](label::CrfParameters& p) -> float& { return p.surface.theta_position_m; }},
-    {"surface.theta_normal", [](label::CrfParameters& p) -> float& { return p.surface.theta_normal; }},
+     [](label::CrfParameters& p) -> float& { return p.appearance.theta_position_m; }, 0.14F, 0.8F},
+    {"appearance.theta_color", [](label::CrfParameters& p) -> float& { return p.appearance.theta_color; }, 14,
+     80},
+    {"surface.weight", [](label::CrfParameters& p) -> float& { return p.surface.weight; }, 0.1F, 8},
+    {"surface.theta_position_m", [](label::CrfParameters& p) -> float& { return p.surface.theta_position_m; },
+     0.14F, 0.8F},
+    {"surface.theta_normal", [](label::CrfParameters& p) -> float& { return p.surface.theta_normal; }, 0.4F,
+     2.4F},
 }};
 
 bool is_weight(const CrfKnob& knob) { return std::string_view(knob.name).ends_with(".weight"); }
@@ -117,7 +119,8 @@ rt::Result<std::vector<SweepRow>> sweep(std::span<const LabelledPoints> rooms,
   for (const CrfKnob& knob : kKnobs)
     for (const float factor : factors) {
       label::CrfParameters parameters = base;
-      knob.value(parameters) *= factor;
+      float& value = knob.value(parameters);
+      value = factor * (value == 0 ? 1 : value);  // a kernel that was left out comes back
       if (!is_valid(parameters)) continue;
       const auto score = score_crf(rooms, parameters);
       if (!score) return score.error();
@@ -128,7 +131,9 @@ rt::Result<std::vector<SweepRow>> sweep(std::span<const LabelledPoints> rooms,
 }
 
 double fit_objective(const CrfScore& score) {
-  return score.metrics.mean_iu + 1e-2 * score.mean_truth_probability;
+  const evaluate::LabelMetrics& m = score.metrics;
+  return (m.pixel_accuracy + m.mean_accuracy + m.mean_iu + m.frequency_weighted_iu) / 4 +
+         1e-2 * score.mean_truth_probability;
 }
 
 rt::Result<label::CrfParameters> fit(std::span<const LabelledPoints> rooms, const label::CrfParameters& base,
@@ -144,6 +149,10 @@ rt::Result<label::CrfParameters> fit(std::span<const LabelledPoints> rooms, cons
     for (const CrfKnob& knob : kKnobs) {
       const auto has_improved = [&](float candidate) -> rt::Result<bool> {
         label::CrfParameters trial = best;
+        const float current = knob.value(trial);
+        if (candidate != 0 && ((candidate < knob.least && candidate < current) ||
+                               (candidate > knob.most && candidate > current)))
+          return false;
         knob.value(trial) = candidate;
         if (!is_valid(trial)) return false;
         const auto score = score_crf(rooms, trial);

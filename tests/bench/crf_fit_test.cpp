@@ -91,7 +91,7 @@ TEST(CrfFit, SweepMovesOneKnobAtATime) {
   EXPECT_EQ(reported, rows->size());
   for (std::size_t k = 0; k < crf_knobs().size(); ++k) {
     label::CrfParameters copy = base;
-    const float value = crf_knobs()[k].value(copy);
+    const float at = crf_knobs()[k].value(copy), value = at == 0 ? 1 : at;  // a kernel left out comes back
     EXPECT_EQ((*rows)[2 * k].knob, crf_knobs()[k].name);
     EXPECT_FLOAT_EQ((*rows)[2 * k].value, value / 2);
     EXPECT_FLOAT_EQ((*rows)[2 * k + 1].value, value * 2);

@@ -12,6 +12,7 @@
 #include "pipeline/label/crf/batch_crf.hpp"
 #include "pipeline/map/surface_cells.hpp"
 #include "rt/spsc_ring.hpp"
+#include "tests/pipeline/label/crf/clouds.hpp"
 #include "tests/pipeline/map/analytic_map.hpp"
 
 namespace tactus::map {
@@ -197,11 +198,7 @@ TEST(RefineLabels, PinnedCellsStayAndAreCarriedToTheirNeighbours) {
   Corner room(1.0);
   std::mt19937 random(8);
   room.observe(1, random);
-  RefineConfig config = RefineConfig::for_cells(20000);
-  config.parameters.smoothness = {1, 0.08F};
-  config.parameters.appearance = {2, 0.2F, 20};
-  config.parameters.surface = {2, 0.2F, 0.6F};
-  OwnedRefiner owned(config, room.map);
+  OwnedRefiner owned(RefineConfig::for_cells(20000, label::test::three_kernels()), room.map);
   LabelRefiner& sut = owned.refiner;
   ASSERT_LE(run_to_the_end(sut, room.map, 1000), 1000);
   std::vector<BlockIndex> blocks;
@@ -251,7 +248,8 @@ TEST(RefineLabels, WrongIslandsGo) {
   Corner room(1.0);
   std::mt19937 random(3);
   room.observe(1, random);
-  OwnedRefiner owned(RefineConfig::for_cells(20000), room.map);
+  // The corner is of one colour: only their normals part its surfaces.
+  OwnedRefiner owned(RefineConfig::for_cells(20000, label::test::three_kernels()), room.map);
   ASSERT_LE(run_to_the_end(owned.refiner, room.map, 1000), 1000);
   std::vector<BlockIndex> blocks;
   live_blocks(room.map, blocks);
@@ -300,7 +298,7 @@ TEST(RefineLabels, LatticeTooSmallTakesSmallerRegionsAndStillEnds) {
   std::mt19937 random(5);
   room.observe(1, random);
   RefineConfig config = RefineConfig::for_cells(6000);
-  config.crf.surface.vertices_max = 200;
+  config.crf.appearance.vertices_max = 200;
   OwnedRefiner owned(config, room.map);
   EXPECT_LE(run_to_the_end(owned.refiner, room.map, 5000), 5000);
   EXPECT_GT(owned.refiner.counters().too_fine, 0U);

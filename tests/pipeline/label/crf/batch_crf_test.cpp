@@ -17,7 +17,7 @@ namespace tactus::label::test {
 namespace {
 
 CrfParameters few_points_parameters() {
-  CrfParameters p = default_crf_parameters();
+  CrfParameters p = three_kernels();
   p.smoothness = {1.3F, 0.06F};
   p.appearance = {2.0F, 0.3F, 40.0F};
   p.surface = {1.0F, 0.1F, 0.3F};

@@ -59,6 +59,15 @@ inline std::uint8_t to_byte(double v) {
   return static_cast<std::uint8_t>(std::lround(std::fmin(255, std::fmax(0, v))));
 }
 
+/// All three kernels of eq. (3), none narrower than the clouds are dense.
+constexpr CrfParameters three_kernels() {
+  CrfParameters p = default_crf_parameters();
+  p.smoothness = {1.0F, 0.08F};
+  p.appearance = {2.0F, 0.2F, 20.0F};
+  p.surface = {2.0F, 0.2F, 0.6F};
+  return p;
+}
+
 /// Anything anywhere: positions in a box, any colour, any normal, any distribution.
 inline Cloud random_cloud(std::uint32_t seed, std::size_t count, double side_m) {
   std::mt19937 random(seed);

@@ -55,7 +55,7 @@ double thread_ms() {
 
 TEST(DenseCrfPieces, TwoEnginesTakingTurnsFindWhatEachFindsAlone) {
   const test::Cloud clouds[2] = {test::corner_cloud(1, 30, 0.02, 0.2), test::corner_cloud(2, 25, 0.02, 0.3)};
-  const CrfParameters parameters[2] = {default_crf_parameters(), paper_crf_parameters()};
+  const CrfParameters parameters[2] = {test::three_kernels(), paper_crf_parameters()};
   std::vector<float> alone[2];
   for (std::size_t e = 0; e < 2; ++e) {
     OwnedEngine owned(clouds[e].size());
@@ -85,7 +85,7 @@ TEST(DenseCrfPieces, NoneIsPricedAboveAMillisecond) {
   ASSERT_GT(cloud.size(), 22000U);
   OwnedEngine sut(cloud.size());
   for (std::size_t m = 0; m < kCrfKernelsMax; ++m) {
-    begin_surface_kernel(sut.engine, m, cloud.points(), {}, default_crf_parameters());
+    begin_surface_kernel(sut.engine, m, cloud.points(), {}, test::three_kernels());
     std::uint64_t most_ns = 0, sum_ns = 0;
     double most_ms = 0, sum_ms = 0;
     int pieces = 0;

@@ -23,7 +23,7 @@ TEST(CrfHeap, SolversMakeNoHeapCall) {
   brute.bind(slice, small.size());
   std::vector<float> marginals(large.size() * kMaterialCount);
   std::vector<double> oracle(small.size() * kMaterialCount);
-  const CrfParameters parameters = default_crf_parameters();
+  const CrfParameters parameters = three_kernels();
 
   rt::heap_guard::seal();
   const std::uint64_t before = rt::heap_guard::was_total_calls();

@@ -38,7 +38,7 @@ TEST(CrfSmoke, MarginalsAreTheSameOnEveryProcessor) {
     rt::Slice slice = memory.slice();
     BatchCrf sut;
     sut.bind(slice, config);
-    CrfParameters parameters = default_crf_parameters();
+    CrfParameters parameters = three_kernels();
     parameters.normalisation = materials == 3 ? CrfNormalisation::per_point : CrfNormalisation::symmetric;
     ASSERT_EQ(sut.prepare(cloud.points(), parameters), rt::Status::ok);
     std::vector<float> marginals(cloud.size() * kMaterialCount);
