@@ -21,9 +21,11 @@ struct KeyframeRules {
   std::uint32_t every_frames = 12;
 
   // Adaptive. Chosen on the synthetic rooms (`tactus study keyframes`).
-  std::uint32_t gap_min_frames = 6;   // between two: fusing one takes about eight
+  // Between two. Fusing one takes about eight frames: with a gap of six they queue, and more keyframes leave
+  // more of what is in view unlabelled.
+  std::uint32_t gap_min_frames = 10;
   std::uint32_t wait_max_frames = 6;  // for a sharper image
-  float new_share = 0.10f;            // of the visible surface, without label: enough alone
+  float new_share = 0.06f;            // of the visible surface, without label: enough alone
   float weak_share = 0.60f;           // labelled by fewer than weak_observations: enough alone, once the view
                                       // has changed by view_change_share
   float old_share = 0.50f;            // labelled old_frames ago or earlier: enough alone
