@@ -32,6 +32,8 @@ constexpr std::array kKeys = {
         [](RunSettings& s, double v) { s.profile.spine.evict_free_min = static_cast<std::uint32_t>(v); }},
     Key{"depth.max_m", 0.5, 8.19,
         [](RunSettings& s, double v) { s.profile.spine.depth_m_max = static_cast<float>(v); }},
+    Key{"depth.close_panes", 0, 1,
+        [](RunSettings& s, double v) { s.profile.spine.closes_panes = v != 0; }},
     Key{"relocalize.keyframes", 2, 1024,
         [](RunSettings& s, double v) {
           s.profile.spine.relocalizer.keyframes_capacity = static_cast<std::uint32_t>(v);

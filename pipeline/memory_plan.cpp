@@ -39,7 +39,7 @@ void plan_memory(const Profile& profile, const hal::RigCalibration& rig, const P
                "per block its key, its surface cells and those taken (20 B); the flood's edge"));
   plan.add(row("spine", {{"images", 1}}, Spine::bytes_needed(rig, profile.spine), "spine",
                "depth 2 B a pixel, tangent planes 4 B, half-resolution depth, colour and model view, "
-               "brightness keyframes, keyframe store"));
+               "brightness keyframes, keyframe store, panes"));
   plan.add(row(
       "frames",
       {{"capture", 1},
@@ -57,6 +57,7 @@ void plan_memory(const Profile& profile, const hal::RigCalibration& rig, const P
     plan.add(row(
         "keyframes", {{"segment", 1}, {"waiting", 1}, {"answered", 1}, {"being filled", 1}},
         rt::bytes_of<float>(half) +
+            (profile.spine.closes_panes ? rt::bytes_of<std::uint64_t>(PaneFiller::filled_words_count(rig.depth)) : 0) +
             (options.labels_from_source ? rt::bytes_of<std::uint8_t>(n) : rt::bytes_of<std::uint8_t>(rgb)) +
             scores,
         "segment", "half-resolution depth, colour or labels, 23 probabilities per score pixel"));

@@ -43,6 +43,7 @@ std::size_t Spine::bytes_needed(const hal::RigCalibration& rig, const SpineConfi
   if (rig.has_color)
     bytes += rt::bytes_of<track::Luma>(half + track::kLumaPadding) +
              track::BrightnessKeyframes::bytes_needed(half_resolution(rig.depth), config.brightness);
+  if (config.closes_panes) bytes += PaneFiller::bytes_needed(rig.depth);
   return bytes + map::ActiveSet::bytes_needed(config.map.blocks_capacity) +
          map::ModelView::bytes_needed(rig.depth.width / 2, rig.depth.height / 2) +
          track::Relocalizer::bytes_needed(config.relocalizer);
@@ -69,6 +70,7 @@ void Spine::bind(rt::Slice map_memory, rt::Slice memory, const hal::RigCalibrati
     live_luma_ = memory.take<track::Luma>(half + track::kLumaPadding);
     brightness_.bind(memory, half_camera_, config.brightness);
   }
+  if (config.closes_panes) panes_.bind(memory, ideal);
   tile_scratch_ = memory.take<float>(tile_scratch_count(rig.depth.width, rig.depth.height));
   image_ = {memory.take<std::uint32_t>(n),
             memory.take<std::uint16_t>(tiles_count(rig.depth.width, rig.depth.height) + 1)};
@@ -114,6 +116,8 @@ rt::Status Spine::register_frame(std::span<const std::uint16_t> raw_depth,
   }
   valid_count_ = normalize_depth(raw_depth, rig_.depth_m_per_unit, config_.depth_m_max, depth_);
   half_depth(depth_, rig_.depth.width, rig_.depth.height, half_m_);
+  surface_half_m_ = half_m_;
+  panes_.clear();
   double sum = 0, count = 0;
   for (std::size_t i = 0; i < half_m_.size(); i += 61) {  // a prime stride: no column is preferred
     if (half_m_[i] > 0) {
@@ -138,7 +142,7 @@ map::IntegrationFrame Spine::integration_frame() const noexcept {
   map::IntegrationFrame frame;
   frame.camera = rig_.depth;
   frame.image = image_;
-  frame.half_depth_m = half_m_;
+  frame.half_depth_m = surface_half_m_;
   if (has_color_now_) frame.half_color = half_color_;
   frame.T_world_depth = T_world_depth_;
   frame.index = frame_index_;
@@ -248,7 +252,8 @@ rt::Status Spine::track() noexcept {
 
 rt::Status Spine::integrate() noexcept {
   if (result_.status != rt::Status::ok) return rt::Status::skipped;
-  tactus::integration_image(depth_, half_m_, rig_.depth, tile_scratch_, image_);
+  if (config_.closes_panes) surface_half_m_ = panes_.fill(depth_, half_m_);
+  tactus::integration_image(depth_, surface_half_m_, rig_.depth, tile_scratch_, image_);
   const map::IntegrationFrame frame = integration_frame();
   map_.set_frame(frame_index_);
   evictor_.step(map_, frame_index_, T_world_depth_.translation, config_.evict_free_min);

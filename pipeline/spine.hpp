@@ -16,6 +16,7 @@
 #include "pipeline/map/integrate.hpp"
 #include "pipeline/map/map.hpp"
 #include "pipeline/map/predict.hpp"
+#include "pipeline/register/panes.hpp"
 #include "pipeline/track/brightness.hpp"
 #include "pipeline/track/relocalizer.hpp"
 #include "pipeline/track/tracker.hpp"
@@ -34,6 +35,7 @@ struct SpineConfig {
   track::BrightnessConfig brightness;
   track::RelocalizerConfig relocalizer;
   float depth_m_max = 5.0f;            // farther measurements are noise of 40 mm and more
+  bool closes_panes = true;            // mirrors and glass, register/panes.hpp
   float valid_share_min = 0.05f;       // of pixels: below, the frame shows nothing
   std::uint32_t evict_free_min = 512;  // blocks kept free ahead of need
 };
@@ -78,7 +80,9 @@ class Spine {
   [[nodiscard]] const map::Map& map() const noexcept { return map_; }
   [[nodiscard]] const map::ModelView& model() const noexcept { return model_; }
   [[nodiscard]] const map::ActiveSet& active() const noexcept { return active_; }
-  [[nodiscard]] std::span<const float> half_depth_m() const noexcept { return half_m_; }
+  /// What is there as far as the map is concerned: measured depth, and after integrate() the panes in it.
+  [[nodiscard]] std::span<const float> half_depth_m() const noexcept { return surface_half_m_; }
+  [[nodiscard]] const PaneFiller& panes() const noexcept { return panes_; }
   [[nodiscard]] std::span<const std::uint32_t> half_color() const noexcept { return half_color_; }
   [[nodiscard]] const IntegrationImage& integration_image() const noexcept { return image_; }
   /// Colour camera pixel per half-resolution depth pixel; empty when the cameras share pixels.
@@ -107,6 +111,8 @@ class Spine {
   std::span<std::uint32_t> undistorted_from_;  // source pixel per pixel; empty when the depth camera is ideal
   std::span<std::uint16_t> undistorted_;
   std::span<float> half_m_;
+  std::span<const float> surface_half_m_;  // half_m_, or that with panes
+  PaneFiller panes_;
   std::span<std::uint32_t> half_color_, color_pixel_;
   std::span<track::Luma> live_luma_;
   track::BrightnessKeyframes brightness_;

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 
+#include "pipeline/label/pane_evidence.hpp"
 #include "pipeline/map/surface_cells.hpp"
 #include "pipeline/register/depth_images.hpp"
 #include "pipeline/register/half_color.hpp"
@@ -60,8 +61,8 @@ class KeyframeView {
     return (T_depth_world_ * Vec3d{c.x * size, c.y * size, c.z * size}).cast<float>();
   }
 
-  /// Colour pixel at which the keyframe saw this surface; false when it did not.
-  bool saw(const Vec3f& block_origin_depth, const CellSurface& surface, float& u, float& v) const {
+  /// Colour pixel at which the keyframe saw this surface, and whether as a pane; false when it did not.
+  bool saw(const Vec3f& block_origin_depth, const CellSurface& surface, float& u, float& v, bool& as_pane) const {
     const Vec3f p = block_origin_depth + r_depth_world_ * surface.foot_m;
     if (!(p.z > kNearM)) return false;
     const Vec3f ray{p.x / p.z, p.y / p.z, 1};
@@ -82,6 +83,7 @@ class KeyframeView {
         std::max(kAgreeVoxels * config_.voxel_size_m, kAgreeSigmas * depth_sigma_m(measured_m) * toward);
     if (!(std::fabs(measured_m - p.z) * toward <= tolerance_m)) return false;
     if (!keyframe_.color_pixels.empty() && keyframe_.color_pixels[pixel] == kNoColorPixel) return false;
+    as_pane = !keyframe_.pane_bits.empty() && (keyframe_.pane_bits[pixel / 64] >> (pixel % 64) & 1u) != 0;
     return project_to_color(p, u, v);
   }
 
@@ -177,10 +179,12 @@ FuseLabelsResult fuse_labels(Map& map, const LabelKeyframe& keyframe, std::span<
       const int cell = std::countr_zero(left);
       CellSurface surface;
       float u = 0, v = 0;
+      bool as_pane = false;
       if (!surface_of_cell(tsdf, cell, map.config(), surface)) continue;
-      if (!view.saw(origin, surface, u, v) || !sample_scores(keyframe.scores, u, v, scores)) continue;
+      if (!view.saw(origin, surface, u, v, as_pane) || !sample_scores(keyframe.scores, u, v, scores)) continue;
       LabelWord& word = labels[static_cast<std::size_t>(cell)];
-      const label::ObservationCosts costs = label::costs_of(scores);
+      label::ObservationCosts costs = label::costs_of(scores);
+      if (as_pane) label::add_pane_evidence(costs);
       word = rule == LabelRule::bayes ? label::fuse(word, costs) : label::replace(word, costs);
       ++fused;
     }

@@ -235,6 +235,17 @@ void half_depth(std::span<const std::uint16_t> depth, int width, int height,
   }
 }
 
+void tile_means(std::span<const float> half_m, const hal::Intrinsics& full, std::span<float> means_m) noexcept {
+  const auto width = static_cast<std::size_t>(full.width);
+  const std::size_t tiles_x = width / 4;
+  TACTUS_ASSERT(width % 4 == 0 && tiles_x >= 16 && means_m.size() == tiles_count(full.width, full.height) &&
+                half_m.size() == 4 * means_m.size());
+  for (std::size_t first = 0; first < means_m.size(); first += tiles_x) {
+    const float* half_row = &half_m[4 * first];
+    HWY_DYNAMIC_DISPATCH(TileMeansRow)(half_row, half_row + width / 2, tiles_x, &means_m[first]);
+  }
+}
+
 void integration_image(std::span<const std::uint16_t> depth, std::span<const float> half_m,
                        const hal::Intrinsics& full, std::span<float> tile_scratch,
                        const IntegrationImage& image) noexcept {
@@ -244,10 +255,7 @@ void integration_image(std::span<const std::uint16_t> depth, std::span<const flo
                 tile_scratch.size() >= tile_scratch_count(full.width, full.height) &&
                 image.pixels.size() == depth.size() && image.tiles.size() > tiles_count(full.width, full.height));
   float* means = tile_scratch.data() + 1;  // the float before belongs to the first tile's left neighbour
-  for (std::size_t ty = 0; ty < tiles_y; ++ty) {
-    const float* half_row = &half_m[ty * width];
-    HWY_DYNAMIC_DISPATCH(TileMeansRow)(half_row, half_row + width / 2, tiles_x, means + ty * tiles_x);
-  }
+  tile_means(half_m, full, {means, tiles_x * tiles_y});
   // The scratch's tail holds one row of slopes at full resolution.
   auto* slopes = reinterpret_cast<std::uint16_t*>(means + tiles_x * tiles_y + 1);
   for (std::size_t ty = 0; ty < tiles_y; ++ty) {

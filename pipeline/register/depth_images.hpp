@@ -50,6 +50,10 @@ constexpr std::size_t tiles_count(int width, int height) {
   return static_cast<std::size_t>(width / 4) * static_cast<std::size_t>(height / 4);
 }
 
+/// Mean depth in metres of each tile's valid half-resolution pixels; 0 where fewer than two are, or where they straddle an
+/// edge. tiles_count() floats.
+void tile_means(std::span<const float> half_m, const hal::Intrinsics& full, std::span<float> means_m) noexcept;
+
 /// Fills `image`; `tile_scratch` is tile_scratch_count() floats. width and height of `full` are multiples
 /// of 4.
 void integration_image(std::span<const std::uint16_t> depth, std::span<const float> half_m,

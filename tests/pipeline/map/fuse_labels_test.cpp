@@ -359,6 +359,33 @@ TEST_F(FuseLabels, BlocksInKeyframeHoldEveryCellThatItLabels) {
   EXPECT_EQ(blocks_in_keyframe(sut_, shot.keyframe, few), 3u);
 }
 
+TEST_F(FuseLabels, PixelsClosedAsAPaneCarryItsEvidenceAndTheOthersNone) {
+  Shot shot = shoot(pose(0), registered_rig(), 1);
+  std::vector<std::uint64_t> pane_bits(shot.half_depth_m.size() / 64);
+  for (std::size_t i = 0; i < shot.half_depth_m.size(); ++i)
+    if (i % 160 < 80) pane_bits[i / 64] |= std::uint64_t{1} << (i % 64);  // the left half
+  OwnedMap without({0.01f, 0.04f, 4096});
+  fill(without.map, {-0.5, -0.3, 1.0}, {0.5, 0.45, 1.55}, corner_distance);
+  (void)fuse_labels(without.map, shot.keyframe, blocks_);
+  shot.keyframe.pane_bits = pane_bits;
+  (void)fuse_labels(sut_, shot.keyframe, blocks_);
+  std::size_t panes = 0, others = 0;
+  for (const BlockIndex block : blocks_)
+    for (std::size_t cell = 0; cell < static_cast<std::size_t>(kBlockCells); ++cell) {
+      const LabelWord word = sut_.labels(block)[cell];
+      ASSERT_EQ(word == 0, without.map.labels(block)[cell] == 0);
+      if (word == 0) continue;
+      if (word == without.map.labels(block)[cell]) {
+        ++others;
+      } else {
+        EXPECT_EQ(label::best(word), material_from_name("mirror"));
+        ++panes;
+      }
+    }
+  EXPECT_GT(panes, 1000u);
+  EXPECT_GT(others, 1000u);
+}
+
 TEST_F(FuseLabels, DirectMappingKeepsTheNewestOnly) {
   const Shot right = shoot(pose(0), registered_rig(), 1);
   Shot wrong = right;
