@@ -57,7 +57,7 @@ void plan_memory(const Profile& profile, const hal::RigCalibration& rig, const P
     plan.add(row(
         "keyframes", {{"segment", 1}, {"waiting", 1}, {"answered", 1}, {"being filled", 1}},
         rt::bytes_of<float>(half) +
-            (profile.spine.closes_panes ? rt::bytes_of<std::uint64_t>(PaneFiller::filled_words_count(rig.depth)) : 0) +
+            (profile.spine.closes_panes ? rt::bytes_of<std::uint64_t>(PaneFiller::pane_words_count(rig.depth)) : 0) +
             (options.labels_from_source ? rt::bytes_of<std::uint8_t>(n) : rt::bytes_of<std::uint8_t>(rgb)) +
             scores,
         "segment", "half-resolution depth, colour or labels, 23 probabilities per score pixel"));

@@ -36,7 +36,7 @@ struct Keyframe {
   rt::SensorTime time;
   T_WorldDepth T_world_depth;  // of that moment: labels are fused with it, however late they come
   std::span<float> half_depth_m;
-  std::span<std::uint64_t> pane_bits;  // of its pixels, PaneFiller::filled(); empty when panes are not looked for
+  std::span<std::uint64_t> pane_bits;  // of its pixels, PaneFiller::pane_bits(); empty when panes are not looked for
   std::span<std::uint8_t> rgb;  // empty when labels are taken from the source
   std::span<std::uint8_t> labels;
   segment::MaterialScores scores;  // segment's answer

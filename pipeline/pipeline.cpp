@@ -125,7 +125,7 @@ rt::Result<void> Pipeline::bind(const PipelineSetup& setup, rt::MemoryPlan& plan
     for (std::size_t i = 0; i < kKeyframeSlots; ++i) {
       keyframes_[i].half_depth_m = memory.take<float>(pixels_count(rig.depth) / 4);
       if (setup_.profile.spine.closes_panes)
-        keyframes_[i].pane_bits = memory.take<std::uint64_t>(PaneFiller::filled_words_count(rig.depth));
+        keyframes_[i].pane_bits = memory.take<std::uint64_t>(PaneFiller::pane_words_count(rig.depth));
       if (segmenter_) {
         keyframes_[i].rgb = memory.take<std::uint8_t>(pixels_count(rig.color) * 3);
       } else {
@@ -363,7 +363,7 @@ void Pipeline::fill_keyframe(const SensorFrame& frame) noexcept {
   keyframe.time = frame.header.time;
   keyframe.T_world_depth = spine_.result().T_world_depth;
   std::copy(spine_.half_depth_m().begin(), spine_.half_depth_m().end(), keyframe.half_depth_m.begin());
-  const auto pane_bits = spine_.panes().filled();
+  const auto pane_bits = spine_.panes().pane_bits();
   std::copy(pane_bits.begin(), pane_bits.end(), keyframe.pane_bits.begin());
   if (setup_.labels_from_source) {
     std::copy(frame.labels.begin(), frame.labels.end(), keyframe.labels.begin());

@@ -35,7 +35,7 @@ struct LabelKeyframe {
   T_WorldDepth T_world_depth;
   hal::Intrinsics half_camera;          // of half_depth_m; no distortion
   std::span<const float> half_depth_m;  // metres, 0 where nothing was measured
-  /// One bit per pixel where a pane was put because nothing was measured; may be empty. That nothing came back is
+  /// One bit per pixel of a mirror or pane (register/panes.hpp); may be empty. That hardly anything came back from there is
   /// evidence of its own (label/pane_evidence.hpp).
   std::span<const std::uint64_t> pane_bits;
   /// Where the network's colour image comes from: rig.color through T_color_depth, or for registered cameras

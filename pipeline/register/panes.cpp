@@ -29,13 +29,15 @@ constexpr double kFacingMin = 0.2;    // cosine; also what a wall's far end seen
 constexpr double kZMaxM = 4.5;        // sigma is 33 mm there, a border of 100 tiles still a plane
 constexpr double kZRatioMax = 1.4;    // of the pane to its border: it does not run away from it
 constexpr int kTrials = 64;           // at 60 % inliers 1 of 10^6 fails to draw three good points
-constexpr std::size_t kBorderMax = 512;
+constexpr std::size_t kBorderMax = 1024;
 constexpr std::size_t kBorderMin = 16;
 
-struct Normal3 {
+/// Least squares for a plane.
+struct PlaneSum {
   double m[6] = {};  // xx xy x1 yy y1 11
   double r[3] = {};
-  void add(double x, double y, double q) {
+  void add(const InverseDepth& p) {
+    const double x = p.ray_x, y = p.ray_y, q = p.inverse_z;
     m[0] += x * x, m[1] += x * y, m[2] += x, m[3] += y * y, m[4] += y, m[5] += 1;
     r[0] += x * q, r[1] += y * q, r[2] += q;
   }
@@ -50,6 +52,11 @@ struct Normal3 {
   }
 };
 
+/// In inverse depth, of a measurement at z.
+double tolerance_at(double z_m) {
+  return (kToleranceM + 2 * static_cast<double>(depth_sigma_m(static_cast<float>(z_m)))) / (z_m * z_m);
+}
+
 /// Which of 16 equal parts of the circle; by comparisons, so that every machine says the same.
 int sector_of(double x, double y) {
   constexpr double kTan22 = 0.41421356237309503;
@@ -59,20 +66,22 @@ int sector_of(double x, double y) {
 
 }  // namespace
 
-double PaneFiller::ray_x_of(Tile tile) const noexcept { return (4.0 * (tile % tiles_x_) + 1.5 - full_.cx) / full_.fx; }
-double PaneFiller::ray_y_of(Tile tile) const noexcept { return (4.0 * (tile / tiles_x_) + 1.5 - full_.cy) / full_.fy; }
+double PaneFiller::ray_x_of(Tile tile) const noexcept { return (4.0 * (tile % tiles_x_) + 1.5 - full_.cx) * inverse_fx_; }
+double PaneFiller::ray_y_of(Tile tile) const noexcept { return (4.0 * (tile / tiles_x_) + 1.5 - full_.cy) * inverse_fy_; }
 
 std::size_t PaneFiller::bytes_needed(const hal::Intrinsics& full) {
   const std::size_t tiles = tiles_count(full.width, full.height);
   return rt::bytes_of<Kind>(tiles) + rt::bytes_of<float>(tiles) + rt::bytes_of<std::uint16_t>(tiles) +
          rt::bytes_of<Tile>(tiles) + rt::bytes_of<BorderPoint>(kBorderMax) +
-         rt::bytes_of<std::uint64_t>(filled_words_count(full)) + rt::bytes_of<float>(tiles * 4);
+         rt::bytes_of<std::uint64_t>(pane_words_count(full)) + rt::bytes_of<float>(tiles * 4);
 }
 
 void PaneFiller::bind(rt::Slice& memory, const hal::Intrinsics& full) {
   TACTUS_ASSERT(full.width % kTileSide == 0 && full.height % kTileSide == 0 &&
                 tiles_count(full.width, full.height) <= 65535);
   full_ = full;
+  inverse_fx_ = 1 / full.fx;
+  inverse_fy_ = 1 / full.fy;
   tiles_x_ = full.width / kTileSide;
   tiles_y_ = full.height / kTileSide;
   const std::size_t tiles = tiles_count(full.width, full.height);
@@ -81,12 +90,12 @@ void PaneFiller::bind(rt::Slice& memory, const hal::Intrinsics& full) {
   border_of_ = memory.take<std::uint16_t>(tiles);
   hole_ = memory.take<Tile>(tiles);
   border_ = memory.take<BorderPoint>(kBorderMax);
-  filled_ = memory.take<std::uint64_t>(filled_words_count(full));
+  pane_bits_ = memory.take<std::uint64_t>(pane_words_count(full));
   closed_half_m_ = memory.take<float>(tiles * 4);
 }
 
 void PaneFiller::clear() noexcept {
-  if (panes_count_ > 0) std::fill(filled_.begin(), filled_.end(), 0);
+  if (panes_count_ > 0) std::fill(pane_bits_.begin(), pane_bits_.end(), 0);
   panes_count_ = 0;
 }
 
@@ -104,11 +113,9 @@ void PaneFiller::classify(std::span<const std::uint16_t> depth) noexcept {
   }
 }
 
-PaneFiller::BorderPoint PaneFiller::point_of(Tile tile, bool is_outer) const noexcept {
-  const double inverse_z = 1 / static_cast<double>(tile_m_[tile]);
-  const auto sigma = static_cast<double>(depth_sigma_m(tile_m_[tile]));
-  return {static_cast<float>(ray_x_of(tile)), static_cast<float>(ray_y_of(tile)), static_cast<float>(inverse_z),
-          static_cast<float>((kToleranceM + 2 * sigma) * inverse_z * inverse_z), is_outer};
+InverseDepth PaneFiller::measurement_of(Tile tile) const noexcept {
+  const auto z = static_cast<double>(tile_m_[tile]);
+  return {ray_x_of(tile), ray_y_of(tile), 1 / z, tolerance_at(z)};
 }
 
 void PaneFiller::add_border(Tile tile) noexcept {
@@ -120,7 +127,7 @@ void PaneFiller::add_border(Tile tile) noexcept {
     const std::size_t at = index(x, y);
     if (border_of_[at] == hole_number_ || border_count_ == border_.size()) return;
     border_of_[at] = hole_number_;
-    border_[border_count_++] = point_of(static_cast<Tile>(at), is_outer);
+    border_[border_count_++] = {measurement_of(static_cast<Tile>(at)), is_outer};
   };
   for (const auto& step : kSteps) {
     int x = tx + step[0], y = ty + step[1];
@@ -176,33 +183,21 @@ void PaneFiller::flood(Tile first) noexcept {
   }
 }
 
-bool PaneFiller::fit(InversePlane& plane) noexcept {
-  const auto points = border_.first(border_count_);
-  const auto agrees = [](const InversePlane& p, const BorderPoint& point) {
-    return std::fabs(p.inverse_z_at(static_cast<double>(point.ray_x), static_cast<double>(point.ray_y)) -
-                     static_cast<double>(point.inverse_z)) <= static_cast<double>(point.tolerance);
-  };
-  const auto is_behind = [&](const InversePlane& p, const BorderPoint& point) {
-    return !agrees(p, point) &&
-           static_cast<double>(point.inverse_z) <
-               p.inverse_z_at(static_cast<double>(point.ray_x), static_cast<double>(point.ray_y));
-  };
+// RANSAC, then two rounds of least squares over what agrees.
+bool PaneFiller::find_plane(InversePlane& plane) const noexcept {
+  const auto border = border_.first(border_count_);
   std::uint32_t state = 1;  // the same draws for every hole: equal images, equal planes
-  const auto draw = [&]() {
-    state = state * 1664525u + 1013904223u;
-    return points[(state >> 8) % points.size()];
-  };
   std::size_t best_count = 0;
-  for (int trial = 0; trial < kTrials; ++trial) {
-    Normal3 sum;
+  for (int trial = 0; trial < kTrials && best_count * 10 <= border.size() * 9; ++trial) {
+    PlaneSum three;
     for (int i = 0; i < 3; ++i) {
-      const BorderPoint point = draw();
-      sum.add(static_cast<double>(point.ray_x), static_cast<double>(point.ray_y), static_cast<double>(point.inverse_z));
+      state = state * 1664525u + 1013904223u;
+      three.add(border[(state >> 8) % border.size()].point);
     }
     InversePlane candidate;
-    if (!sum.solve(candidate)) continue;
+    if (!three.solve(candidate)) continue;
     std::size_t count = 0;
-    for (const BorderPoint& point : points) count += agrees(candidate, point);
+    for (const BorderPoint& b : border) count += candidate.holds(b.point);
     if (count > best_count) {
       best_count = count;
       plane = candidate;
@@ -210,89 +205,110 @@ bool PaneFiller::fit(InversePlane& plane) noexcept {
   }
   if (best_count < kBorderMin) return false;
   for (int round = 0; round < 2; ++round) {
-    Normal3 sum;
-    for (const BorderPoint& point : points)
-      if (agrees(plane, point))
-        sum.add(static_cast<double>(point.ray_x), static_cast<double>(point.ray_y), static_cast<double>(point.inverse_z));
-    if (!sum.solve(plane)) return false;
+    PlaneSum all;
+    for (const BorderPoint& b : border)
+      if (plane.holds(b.point)) all.add(b.point);
+    if (!all.solve(plane)) return false;
   }
+  return true;
+}
+
+bool PaneFiller::border_is_of(const InversePlane& plane, Range& range) const noexcept {
   double centre_x = 0, centre_y = 0;
-  for (std::size_t i = 0; i < hole_count_; ++i) {
-    centre_x += ray_x_of(hole_[i]);
-    centre_y += ray_y_of(hole_[i]);
+  for (const Tile tile : hole_.first(hole_count_)) {
+    centre_x += ray_x_of(tile);
+    centre_y += ray_y_of(tile);
   }
   centre_x /= static_cast<double>(hole_count_);
   centre_y /= static_cast<double>(hole_count_);
   std::uint32_t sectors = 0;
-  std::size_t inner = 0, outer = 0, inner_count = 0, outer_count = 0, behind = 0;
-  double nearest = 0, farthest = 1e9;  // inverse z of the border in the plane
-  for (const BorderPoint& point : points) {
-    const bool in_plane = agrees(plane, point);
-    (point.is_outer ? outer_count : inner_count) += 1;
-    (point.is_outer ? outer : inner) += in_plane;
-    const auto inverse_z = static_cast<double>(point.inverse_z);
-    if (in_plane) {
-      sectors |= 1u << sector_of(static_cast<double>(point.ray_x) - centre_x, static_cast<double>(point.ray_y) - centre_y);
-      nearest = std::max(nearest, inverse_z);
-      farthest = std::min(farthest, inverse_z);
-    }
-    behind += is_behind(plane, point);
+  double inner = 0, inner_held = 0, outer = 0, outer_held = 0, behind = 0;
+  range = {0, 1e9};
+  for (const auto& [point, is_outer] : border_.first(border_count_)) {
+    const bool is_held = plane.holds(point);
+    (is_outer ? outer : inner) += 1;
+    (is_outer ? outer_held : inner_held) += is_held;
+    behind += !is_held && plane.behind(point) > 0;
+    if (!is_held) continue;
+    sectors |= 1u << sector_of(point.ray_x - centre_x, point.ray_y - centre_y);
+    range.nearest = std::max(range.nearest, point.inverse_z);
+    range.farthest = std::min(range.farthest, point.inverse_z);
   }
-  if (static_cast<double>(inner) < kInlierShareMin * static_cast<double>(inner_count) ||
-      static_cast<double>(outer) < kOuterInlierShareMin * static_cast<double>(outer_count) ||
-      static_cast<double>(behind) > kBehindShareMax * static_cast<double>(points.size()) ||
-      std::popcount(sectors) < kSectorsMin)
-    return false;
+  return inner_held >= kInlierShareMin * inner && outer_held >= kOuterInlierShareMin * outer &&
+         behind <= kBehindShareMax * (inner + outer) && std::popcount(sectors) >= kSectorsMin;
+}
+
+bool PaneFiller::hole_is_pane(const Range& border, InversePlane& plane) const noexcept {
+  const auto hole = hole_.first(hole_count_);
   const double norm = std::sqrt(plane.x * plane.x + plane.y * plane.y + plane.one * plane.one);
-  std::size_t strays_count = 0, strays_behind = 0, strays_in_plane = 0;
-  Normal3 strays_sum;
-  for (std::size_t i = 0; i < hole_count_; ++i) {
-    const double ray_x = ray_x_of(hole_[i]), ray_y = ray_y_of(hole_[i]);
-    const double q = plane.inverse_z_at(ray_x, ray_y);
-    if (!(q * kZMaxM >= 1 && q <= nearest * kZRatioMax && q * kZRatioMax >= farthest)) return false;
+  std::size_t strays_count = 0, behind_count = 0, held_count = 0;
+  PlaneSum held;
+  for (const Tile tile : hole) {
+    const double ray_x = ray_x_of(tile), ray_y = ray_y_of(tile), q = plane.inverse_z_at(ray_x, ray_y);
+    if (!(q * kZMaxM >= 1 && q <= border.nearest * kZRatioMax && q * kZRatioMax >= border.farthest)) return false;
     if (!(q >= kFacingMin * norm * std::sqrt(ray_x * ray_x + ray_y * ray_y + 1))) return false;
-    if (tile_m_[hole_[i]] > 0) {
-      const BorderPoint stray = point_of(hole_[i], false);
-      ++strays_count;
-      strays_behind += is_behind(plane, stray);
-      if (agrees(plane, stray)) {
-        ++strays_in_plane;
-        strays_sum.add(ray_x, ray_y, static_cast<double>(stray.inverse_z));
-      }
+    if (!(tile_m_[tile] > 0)) continue;
+    const InverseDepth stray = measurement_of(tile);
+    ++strays_count;
+    if (plane.holds(stray)) {
+      ++held_count;
+      held.add(stray);
+    } else {
+      behind_count += plane.behind(stray) > 0;
     }
   }
-  if (strays_behind > std::max(kStraysBehindMin, strays_count / kStraysBehindPart)) return false;
+  if (behind_count > std::max(kStraysBehindMin, strays_count / kStraysBehindPart)) return false;
   // A pane lies some millimetres behind its frame: where enough of it came back, that says more than the frame.
-  if (InversePlane own; strays_in_plane >= kStraysToFit && strays_sum.solve(own)) plane = own;
+  InversePlane own;
+  if (held_count < kStraysToFit || !held.solve(own)) return true;
+  for (const Tile tile : hole) {
+    const double ray_x = ray_x_of(tile), ray_y = ray_y_of(tile), q = plane.inverse_z_at(ray_x, ray_y);
+    // Returns in one corner say nothing of the other.
+    if (!(std::fabs(own.inverse_z_at(ray_x, ray_y) - q) <= kToleranceM * q * q)) return true;
+  }
+  plane = own;
   return true;
 }
 
 void PaneFiller::close(const InversePlane& plane, std::span<std::uint16_t> depth) noexcept {
-  const int half_width = full_.width / 2;
-  const auto close_tile = [&](int tx, int ty) {
-    if (tx < 0 || ty < 0 || tx >= tiles_x_ || ty >= tiles_y_) return;
-    for (int hy = 2 * ty; hy < 2 * ty + 2; ++hy)
-      for (int hx = 2 * tx; hx < 2 * tx + 2; ++hx) {
-        const auto first = static_cast<std::size_t>(2 * hy * full_.width + 2 * hx);
-        const std::array<std::size_t, 4> group = {first, first + 1, first + static_cast<std::size_t>(full_.width),
-                                                  first + static_cast<std::size_t>(full_.width) + 1};
-        if (std::any_of(group.begin(), group.end(), [&](std::size_t i) { return depth[i] != 0; })) continue;
-        const double ray_y = (2.0 * hy + 0.5 - full_.cy) / full_.fy, ray_x = (2.0 * hx + 0.5 - full_.cx) / full_.fx;
-        const double q = plane.inverse_z_at(ray_x, ray_y), dx = plane.x / full_.fx / 2, dy = plane.y / full_.fy / 2;
-        const std::array<double, 4> inverse_z = {q - dx - dy, q + dx - dy, q - dx + dy, q + dx + dy};
-        for (std::size_t i = 0; i < group.size(); ++i)
-          depth[group[i]] = static_cast<std::uint16_t>(
-              std::clamp(std::nearbyint(1 / (inverse_z[i] * static_cast<double>(kDepthUnitM))), 1.0, 65535.0));
-        const auto pixel = static_cast<std::size_t>(hy * half_width + hx);
-        closed_half_m_[pixel] = static_cast<float>(1 / q);
-        filled_[pixel / 64] |= std::uint64_t{1} << (pixel % 64);
+  const auto half_width = static_cast<std::size_t>(full_.width / 2), width = static_cast<std::size_t>(full_.width);
+  const auto mark = [&](std::size_t pixel) { pane_bits_[pixel / 64] |= std::uint64_t{1} << (pixel % 64); };
+  const double dx = plane.x / full_.fx / 2, dy = plane.y / full_.fy / 2;  // of inverse depth, over half a pixel
+  const auto towards_00 = static_cast<float>(dx + dy), towards_01 = static_cast<float>(dx - dy);
+  const double at_corner = plane.inverse_z_at((0.5 - full_.cx) / full_.fx, (0.5 - full_.cy) / full_.fy);
+  const auto close_tile = [&](std::size_t tile, bool is_inside) {
+    const std::size_t tx = tile % static_cast<std::size_t>(tiles_x_), ty = tile / static_cast<std::size_t>(tiles_x_);
+    for (std::size_t hy = 2 * ty; hy < 2 * ty + 2; ++hy)
+      for (std::size_t hx = 2 * tx; hx < 2 * tx + 2; ++hx) {
+        std::uint16_t* above = &depth[2 * hy * width + 2 * hx];
+        std::uint16_t* below = above + width;
+        const std::size_t pixel = hy * half_width + hx;
+        const double q = at_corner + static_cast<double>(hx) * 4 * dx + static_cast<double>(hy) * 4 * dy;
+        if ((above[0] | above[1] | below[0] | below[1]) != 0) {
+          const auto z = static_cast<double>(closed_half_m_[pixel]);
+          if (is_inside && z > 0 && std::fabs(1 / z - q) <= tolerance_at(z)) mark(pixel);
+          continue;
+        }
+        // 1 / (q + d) = z - z^2 d to 10 um: the four pixels lie half a pixel beside.
+        // Within a pane z is between 0.2 and 4.5 m, so that they fit.
+        const float z = 1.0f / static_cast<float>(q), middle = z / kDepthUnitM + 0.5f, slope = z * z / kDepthUnitM;
+        above[0] = static_cast<std::uint16_t>(middle + slope * towards_00);
+        above[1] = static_cast<std::uint16_t>(middle - slope * towards_01);
+        below[0] = static_cast<std::uint16_t>(middle + slope * towards_01);
+        below[1] = static_cast<std::uint16_t>(middle - slope * towards_00);
+        closed_half_m_[pixel] = z;
+        mark(pixel);
       }
   };
-  // And the tiles around: they hold the hole's own edge.
-  for (std::size_t i = 0; i < hole_count_; ++i) {
-    const int tx = hole_[i] % tiles_x_, ty = hole_[i] / tiles_x_;
-    for (int y = ty - 1; y <= ty + 1; ++y)
-      for (int x = tx - 1; x <= tx + 1; ++x) close_tile(x, y);
+  for (const Tile tile : hole_.first(hole_count_)) {
+    close_tile(tile, true);
+    // The tiles around hold the hole's own edge.
+    const int tx = tile % tiles_x_, ty = tile / tiles_x_;
+    for (int y = std::max(ty - 1, 0); y <= std::min(ty + 1, tiles_y_ - 1); ++y)
+      for (int x = std::max(tx - 1, 0); x <= std::min(tx + 1, tiles_x_ - 1); ++x) {
+        const auto beside = static_cast<std::size_t>(y * tiles_x_ + x);
+        if (kind_[beside] == Kind::mixed || kind_[beside] == Kind::measured) close_tile(beside, false);
+      }
   }
 }
 
@@ -312,7 +328,8 @@ std::span<const float> PaneFiller::fill(std::span<std::uint16_t> depth, std::spa
         static_cast<double>(edge_contacts_count_) > kEdgeShareMax * contacts || border_count_ < kBorderMin)
       continue;
     InversePlane plane;
-    if (!fit(plane)) continue;
+    Range border;
+    if (!find_plane(plane) || !border_is_of(plane, border) || !hole_is_pane(border, plane)) continue;
     if (panes_count_ == 0) std::copy(half_m.begin(), half_m.end(), closed_half_m_.begin());
     close(plane, depth);
     ++panes_count_;

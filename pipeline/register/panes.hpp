@@ -18,11 +18,18 @@
 
 namespace tactus {
 
-/// A plane in a camera's frame: 1 / z = inverse_z . (x / z, y / z, 1). Structured light measures 1 / z with the same noise
-/// everywhere, so that planes are fitted there.
+/// A measurement on the ray (ray_x, ray_y, 1). Structured light measures 1 / z with the same noise everywhere, so that
+/// planes are fitted there.
+struct InverseDepth {
+  double ray_x, ray_y, inverse_z, tolerance;
+};
+
+/// A plane in a camera's frame: 1 / z = (x, y, one) . (ray_x, ray_y, 1).
 struct InversePlane {
   double x = 0, y = 0, one = 0;
   [[nodiscard]] double inverse_z_at(double ray_x, double ray_y) const { return x * ray_x + y * ray_y + one; }
+  [[nodiscard]] double behind(const InverseDepth& p) const { return inverse_z_at(p.ray_x, p.ray_y) - p.inverse_z; }
+  [[nodiscard]] bool holds(const InverseDepth& p) const { return behind(p) <= p.tolerance && behind(p) >= -p.tolerance; }
 };
 
 class PaneFiller {
@@ -40,9 +47,10 @@ class PaneFiller {
   void clear() noexcept;
 
   [[nodiscard]] int panes_count() const noexcept { return panes_count_; }
-  /// One bit per half-resolution pixel that the last fill() closed, 64 to a word from the lowest.
-  [[nodiscard]] std::span<const std::uint64_t> filled() const noexcept { return filled_; }
-  static constexpr std::size_t filled_words_count(const hal::Intrinsics& full) {
+  /// One bit per half-resolution pixel of a pane, closed by the last fill() or measured on the pane inside the hole; 64 to
+  /// a word from the lowest.
+  [[nodiscard]] std::span<const std::uint64_t> pane_bits() const noexcept { return pane_bits_; }
+  static constexpr std::size_t pane_words_count(const hal::Intrinsics& full) {
     return (static_cast<std::size_t>(full.width / 2) * static_cast<std::size_t>(full.height / 2) + 63) / 64;
   }
 
@@ -52,28 +60,34 @@ class PaneFiller {
   using Tile = std::uint16_t;  // 4x4 pixels; index by rows
   enum class Kind : std::uint8_t { mixed, measured, hole, seen, stray };  // seen: a hole's, looked at
   struct BorderPoint {
-    float ray_x, ray_y, inverse_z, tolerance;
+    InverseDepth point;
     bool is_outer;
+  };
+  struct Range {
+    double nearest, farthest;  // inverse z
   };
 
   [[nodiscard]] double ray_x_of(Tile tile) const noexcept;  // of its centre
   [[nodiscard]] double ray_y_of(Tile tile) const noexcept;
-  [[nodiscard]] BorderPoint point_of(Tile tile, bool is_outer) const noexcept;  // of a tile with some measurement
+  [[nodiscard]] InverseDepth measurement_of(Tile tile) const noexcept;  // of a tile that has some
   void classify(std::span<const std::uint16_t> depth) noexcept;
   [[nodiscard]] bool is_island(int x, int y) const noexcept;
   void flood(Tile first) noexcept;
   void add_border(Tile tile) noexcept;
-  [[nodiscard]] bool fit(InversePlane& plane) noexcept;
+  [[nodiscard]] bool find_plane(InversePlane& plane) const noexcept;
+  [[nodiscard]] bool border_is_of(const InversePlane& plane, Range& border) const noexcept;
+  [[nodiscard]] bool hole_is_pane(const Range& border, InversePlane& plane) const noexcept;
   void close(const InversePlane& plane, std::span<std::uint16_t> depth) noexcept;
 
   hal::Intrinsics full_;
+  double inverse_fx_ = 0, inverse_fy_ = 0;
   int tiles_x_ = 0, tiles_y_ = 0;
   std::span<Kind> kind_;
   std::span<float> tile_m_;             // tile_means()
   std::span<std::uint16_t> border_of_;  // number of the hole whose border the tile is already in
   std::span<Tile> hole_;                // the tiles of the hole being looked at
   std::span<BorderPoint> border_;
-  std::span<std::uint64_t> filled_;
+  std::span<std::uint64_t> pane_bits_;
   std::span<float> closed_half_m_;
   std::size_t hole_count_ = 0, border_count_ = 0, contacts_count_ = 0, edge_contacts_count_ = 0;
   std::uint16_t hole_number_ = 0;
