@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "pipeline/label/pane_evidence.hpp"
 #include "pipeline/map/fuse_labels.hpp"
 #include "pipeline/register/depth_images.hpp"
 #include "rt/assert.hpp"
@@ -18,10 +19,11 @@ constexpr double kProbabilityMin = 0.5 / 255;  // a byte of 0 is anything below 
 }  // namespace
 
 void ExactFusion::add(const T_WorldDepth& T_world_depth, std::span<const float> half_depth_m,
-                      const segment::MaterialScores& scores) {
+                      std::span<const std::uint64_t> pane_bits, const segment::MaterialScores& scores) {
   Keyframe& keyframe = keyframes_.emplace_back();
   keyframe.T_world_depth = T_world_depth;
   keyframe.half_depth_m.assign(half_depth_m.begin(), half_depth_m.end());
+  keyframe.pane_bits.assign(pane_bits.begin(), pane_bits.end());
   keyframe.probability.assign(scores.probability.begin(), scores.probability.end());
   keyframe.scores = scores;
 }
@@ -50,9 +52,9 @@ FusedTwice ExactFusion::fuse(std::span<const map::SurfaceCell> cells, const hal:
       const double hu = ray.x * half_camera.fx + half_camera.cx + 0.5,
                    hv = ray.y * half_camera.fy + half_camera.cy + 0.5;
       if (!(hu >= 0 && hv >= 0 && hu < half_camera.width && hv < half_camera.height)) continue;
-      const double measured_m = static_cast<double>(
-          keyframe.half_depth_m[static_cast<std::size_t>(hv) * static_cast<std::size_t>(half_camera.width) +
-                                static_cast<std::size_t>(hu)]);
+      const std::size_t pixel = static_cast<std::size_t>(hv) * static_cast<std::size_t>(half_camera.width) +
+                                static_cast<std::size_t>(hu);
+      const auto measured_m = static_cast<double>(keyframe.half_depth_m[pixel]);
       if (!(measured_m > 0)) continue;
       const double sigma_m = static_cast<double>(depth_sigma_m(static_cast<float>(measured_m)));
       const double tolerance_m =
@@ -61,10 +63,20 @@ FusedTwice ExactFusion::fuse(std::span<const map::SurfaceCell> cells, const hal:
       const auto u = static_cast<float>(ray.x * rig.depth.fx + rig.depth.cx),
                  v = static_cast<float>(ray.y * rig.depth.fy + rig.depth.cy);
       if (!map::sample_scores(view, u, v, bytes)) continue;
-      fused.words[i] = label::fuse(fused.words[i], label::costs_of(bytes));
+      const bool as_pane = !keyframe.pane_bits.empty() && (keyframe.pane_bits[pixel / 64] >> (pixel % 64) & 1u) != 0;
+      label::ObservationCosts costs = label::costs_of(bytes);
+      if (as_pane) label::add_pane_evidence(costs);
+      fused.words[i] = label::fuse(fused.words[i], costs);
       scores.sample(u, v, p);
+      std::array<double, kMaterialCount> likelihood;
       for (std::size_t m = 0; m < kMaterialCount; ++m)
-        cost[i * kMaterialCount + m] -= std::log(std::max(static_cast<double>(p[m]), kProbabilityMin));
+        likelihood[m] = std::max(static_cast<double>(p[m]), kProbabilityMin);
+      if (as_pane) {
+        for (const MaterialId pane : label::kPaneMaterials)
+          likelihood[pane] = std::max(likelihood[pane], label::kSeenAsSomethingElse);
+        for (std::size_t m = 0; m < kMaterialCount; ++m) likelihood[m] *= label::kNothingMeasured[m];
+      }
+      for (std::size_t m = 0; m < kMaterialCount; ++m) cost[i * kMaterialCount + m] -= std::log(likelihood[m]);
     }
   }
   fused.unary_nat.resize(cost.size());

@@ -40,9 +40,9 @@ inline constexpr double kProbabilityNear = 0.05;
 class ExactFusion {
  public:
   /// Keeps a keyframe: its pose, its half-resolution depth and what the network said about its colour image,
-  /// which shares the depth camera's pixels.
+  /// which shares the depth camera's pixels. `pane_bits` as in map::LabelKeyframe; may be empty.
   void add(const T_WorldDepth& T_world_depth, std::span<const float> half_depth_m,
-           const segment::MaterialScores& scores);
+           std::span<const std::uint64_t> pane_bits, const segment::MaterialScores& scores);
 
   /// A keyframe sees a cell by the rule of map::fuse_labels().
   [[nodiscard]] FusedTwice fuse(std::span<const map::SurfaceCell> cells, const hal::RigCalibration& rig,
@@ -52,6 +52,7 @@ class ExactFusion {
   struct Keyframe {
     T_WorldDepth T_world_depth;
     std::vector<float> half_depth_m;
+    std::vector<std::uint64_t> pane_bits;
     std::vector<std::uint8_t> probability;
     segment::MaterialScores scores;
   };

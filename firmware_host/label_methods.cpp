@@ -271,7 +271,8 @@ rt::Result<LabelStudy> study_labels(const LabelStudyRequest& request) {
       keyframes_count = session.pipeline().counts().keyframes;
       const auto scores = (*labeller)->label(frame.depth_sequence, frame.rgb);
       if (!scores) return scores.error();
-      exact_fusion.add(frame.T_world_depth, session.pipeline().spine().half_depth_m(), **scores);
+      exact_fusion.add(frame.T_world_depth, session.pipeline().spine().half_depth_m(),
+                       session.pipeline().spine().panes().pane_bits(), **scores);
     }
     if (!frame.color_sequence || frame.depth_sequence < request.first_frame) return {};
     const std::string name = names->name(*frame.color_sequence);

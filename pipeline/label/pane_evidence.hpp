@@ -27,6 +27,7 @@ inline constexpr auto kNothingMeasured = [] {
 /// The network judges what a mirror reflects and what stands behind a pane: that it names something else says no more
 /// against mirror and glass than this probability.
 inline constexpr double kSeenAsSomethingElse = 0.1;
+inline constexpr std::array<MaterialId, 2> kPaneMaterials = {material_from_name("mirror"), material_from_name("glass")};
 
 inline constexpr auto kPaneCosts = [] {
   ObservationCosts costs;
@@ -39,10 +40,8 @@ inline constexpr auto kSeenAsSomethingElseCost =
 
 /// To what the network said of a pane. Any phase, any thread; integers.
 inline void add_pane_evidence(ObservationCosts& observation) noexcept {
-  for (const std::string_view name : {"mirror", "glass"}) {
-    std::uint16_t& cost = observation.cost[material_from_name(name)];
-    cost = std::min(cost, kSeenAsSomethingElseCost);
-  }
+  for (const MaterialId pane : kPaneMaterials)
+    observation.cost[pane] = std::min(observation.cost[pane], kSeenAsSomethingElseCost);
   for (std::size_t m = 0; m < kMaterialCount; ++m)
     observation.cost[m] = static_cast<std::uint16_t>(observation.cost[m] + kPaneCosts.cost[m]);
 }

@@ -23,14 +23,15 @@ class OneCell {
     cell.normal_world = {0, 0, -1};
   }
 
-  void observe(ExactFusion& fusion, MaterialId first, MaterialId second, float depth_m = 1) {
+  void observe(ExactFusion& fusion, MaterialId first, MaterialId second, float depth_m = 1,
+               std::span<const std::uint64_t> pane_bits = {}) {
     const std::vector<float> half_depth_m(32 * 24, depth_m);
     std::vector<std::uint8_t> probability(4 * 3 * kMaterialCount, 0);
     for (std::size_t pixel = 0; pixel < 12; ++pixel) {
       probability[pixel * kMaterialCount + first] = 200;
       probability[pixel * kMaterialCount + second] = 55;
     }
-    fusion.add(T_WorldDepth{}, half_depth_m, {4, 3, probability, {1.0F / 16, 0}, {1.0F / 16, 0}});
+    fusion.add(T_WorldDepth{}, half_depth_m, pane_bits, {4, 3, probability, {1.0F / 16, 0}, {1.0F / 16, 0}});
   }
 
   [[nodiscard]] FusedTwice fuse(const ExactFusion& fusion) const {
@@ -58,6 +59,21 @@ TEST(ExactFusion, KeyframesMultiply) {
   const FusionLoss loss = loss_of(fused.words, fused);
   EXPECT_EQ(loss.cells_count, 1u);
   EXPECT_EQ(loss.winner_share(), 1);
+  EXPECT_EQ(loss.probability_share(), 1);
+}
+
+TEST(ExactFusion, APaneCarriesItsEvidence) {
+  OneCell one;
+  ExactFusion sut;
+  const std::vector<std::uint64_t> pane_bits(32 * 24 / 64, ~std::uint64_t{0});
+  one.observe(sut, 3, 10, 1, pane_bits);   // fabric, perhaps a mirror
+  one.observe(sut, 3, 22, 1, pane_bits);
+  const FusedTwice fused = one.fuse(sut);
+  // P(fabric) ~ 200/255 * 0.02 twice; P(mirror) ~ 55/255 * 0.9, then 0.1 * 0.9.
+  EXPECT_EQ(fused.unary_nat[10], 0);
+  EXPECT_NEAR(fused.unary_nat[3], std::log(55.0 / 255 * 0.1 * 0.81 / (200.0 * 200 / 255 / 255 * 0.0004)), 1e-4);
+  EXPECT_EQ(label::best(fused.words[0]), 10);
+  const FusionLoss loss = loss_of(fused.words, fused);
   EXPECT_EQ(loss.probability_share(), 1);
 }
 
