@@ -176,8 +176,9 @@ void add_eval(CLI::App& root, const PipelineCommands& pipeline, EvalTrajectoryOp
   surface->callback([&] { command = [&s] { return eval_surface(s); }; });
 }
 
-void add_study(CLI::App& root, const PipelineCommands& pipeline, StudyOptions& o, Command& command) {
-  CLI::App* study = root.add_subcommand("study", "The paper's accuracy study, and what explains its figures");
+void add_study(CLI::App& root, const PipelineCommands& pipeline, StudyOptions& o, StudyStatsOptions& stats,
+               Command& command) {
+  CLI::App* study = root.add_subcommand("study", "The paper's accuracy study, what explains its figures, and its user study");
   study->require_subcommand(1);
   const auto add = [&](const char* name, const char* what, const auto& run) {
     CLI::App* app = study->add_subcommand(name, what);
@@ -213,6 +214,15 @@ void add_study(CLI::App& root, const PipelineCommands& pipeline, StudyOptions& o
   add("keyframes",
       "Accuracy, processor time and label age when one frame in N is labelled, or frames by need",
       pipeline.study_keyframes);
+  CLI::App* app = study->add_subcommand("stats", "What the ratings of a user study say: ANOVA with repeated measures");
+  app->add_option("RATINGS", stats.ratings, "CSV with a line per participant (below)")->required()->type_name("");
+  app->add_option("--out", stats.out, "Folder that receives stats.json and ratings.svg")->type_name("DIR");
+  add_json(*app, stats.is_json);
+  app->footer(
+      "RATINGS starts with a line of column names: participant, confirmed (yes | no), and for each condition rating_NAME\n"
+      "(1 to 10) and viewed_NAME_s (seconds); background_NAME splits the participants into groups; others are left alone.\n"
+      "Left out, as in the paper: who has not confirmed, and who watched a clip for less than 10 s.");
+  app->callback([&command, &stats, run = pipeline.study_stats] { command = [&stats, run] { return run(stats); }; });
 }
 
 void add_convert(CLI::App& root, ConvertOptions& o, Command& command) {
@@ -306,6 +316,7 @@ int run_command_line(int argc, const char* const* argv, const PipelineCommands& 
   EvalSurfaceOptions surface_options;
   EvalLabelsOptions labels_options;
   StudyOptions study_options;
+  StudyStatsOptions study_stats_options;
   ConvertOptions convert_options;
   InfoOptions info_options;
   QueryOptions query_options;
@@ -316,7 +327,7 @@ int run_command_line(int argc, const char* const* argv, const PipelineCommands& 
   if (pipeline.run) add_run(root, pipeline, run_options, command);
   add_eval(root, pipeline, trajectory_options, surface_options, labels_options, command);
   study_options.command = run_options.command;
-  if (pipeline.study_accuracy) add_study(root, pipeline, study_options, command);
+  if (pipeline.study_accuracy) add_study(root, pipeline, study_options, study_stats_options, command);
   add_convert(root, convert_options, command);
   add_info(root, info_options, command);
   if (pipeline.query) add_query(root, pipeline, query_options, command);

@@ -15,8 +15,9 @@ namespace tactus::firmware {
 struct PipelineCommands {
   std::function<rt::Result<std::string>(const RunOptions&)> run;
   std::function<rt::Result<std::string>(const EvalLabelsOptions&)> eval_labels;
-  /// All three or none.
+  /// All four or none.
   std::function<rt::Result<std::string>(const StudyOptions&)> study_accuracy, study_errors, study_keyframes;
+  std::function<rt::Result<std::string>(const StudyStatsOptions&)> study_stats;
   std::function<rt::Result<std::string>(const QueryOptions&)> query;
   std::function<rt::Result<std::string>(const PlanOptions&)> plan;
   std::function<rt::Result<std::string>(const WiringOptions&)> wiring;

@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
   pipeline.study_accuracy = tactus::firmware::study_accuracy;
   pipeline.study_errors = tactus::firmware::study_errors;
   pipeline.study_keyframes = tactus::firmware::study_keyframes;
+  pipeline.study_stats = tactus::firmware::study_stats;
   pipeline.query = tactus::firmware::query;
   pipeline.plan = tactus::firmware::plan;
   pipeline.wiring = tactus::firmware::wiring;

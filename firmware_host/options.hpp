@@ -81,6 +81,13 @@ struct StudyOptions {
   std::string command;  // the whole command line, for the report
 };
 
+/// `tactus study stats`.
+struct StudyStatsOptions {
+  std::filesystem::path ratings;  // firmware_host/ratings_file.hpp says what is in it
+  std::filesystem::path out;      // folder for stats.json and ratings.svg; empty: nothing is written
+  bool is_json = false;
+};
+
 /// `tactus convert`.
 struct ConvertOptions {
   std::string source;

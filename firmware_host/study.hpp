@@ -18,4 +18,7 @@ rt::Result<std::string> study_errors(const StudyOptions& options);
 /// Accuracy, processor time and label age when one frame in N goes to the network, and by need.
 rt::Result<std::string> study_keyframes(const StudyOptions& options);
 
+/// What the answers to the user study say, with the paper's tests (section V-B); nothing about a room.
+rt::Result<std::string> study_stats(const StudyStatsOptions& options);
+
 }  // namespace tactus::firmware

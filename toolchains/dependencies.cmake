@@ -5,6 +5,7 @@ find_package(Eigen3 REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(CLI11 REQUIRED)
 find_path(TOMLPLUSPLUS_INCLUDE_DIR toml++/toml.h REQUIRED)
+find_path(BOOST_INCLUDE_DIR boost/math/distributions/fisher_f.hpp REQUIRED)  # headers alone, on the system's path
 pkg_check_modules(HWY REQUIRED IMPORTED_TARGET libhwy)
 if(CMAKE_SYSTEM_PROCESSOR STREQUAL aarch64)
   # NEON alone: vectors whose size is only known at run time (SVE) cannot be members, and headsets do not have them.

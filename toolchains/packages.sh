@@ -5,8 +5,9 @@
 packages_run=(
   # Compiler and build. ca-certificates: apt mirrors over https. ccache: a second build is quick.
   g++ cmake ninja-build pkg-config ccache ca-certificates
-  # Header-only or nearly: matrices, SIMD, command line, JSON, TOML, nearest neighbours (evaluation).
-  libeigen3-dev libhwy-dev libcli11-dev nlohmann-json3-dev libtomlplusplus-dev libnanoflann-dev
+  # Header-only or nearly: matrices, SIMD, command line, JSON, TOML, nearest neighbours (evaluation), distributions of the user
+  # study's statistics (Boost.Math).
+  libeigen3-dev libhwy-dev libcli11-dev nlohmann-json3-dev libtomlplusplus-dev libnanoflann-dev libboost-dev
   # Images. The three modules used, not libopencv-dev, which also pulls in VTK, a Java runtime and ffmpeg. libpng and libjpeg
   # directly where a damaged file must be refused, or a picture written without exceptions.
   libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev libpng-dev libjpeg62-turbo-dev
@@ -31,7 +32,7 @@ packages_cross=(g++-aarch64-linux-gnu qemu-user-static mmdebstrap)
 # minutes a frame), plus the C and C++ libraries and GoogleTest.
 packages_sysroot=(
   libc6-dev libstdc++-12-dev
-  libeigen3-dev libhwy-dev libcli11-dev nlohmann-json3-dev libtomlplusplus-dev libnanoflann-dev
+  libeigen3-dev libhwy-dev libcli11-dev nlohmann-json3-dev libtomlplusplus-dev libnanoflann-dev libboost-dev
   libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev libpng-dev libjpeg62-turbo-dev
   libode-dev
   libflatbuffers-dev libxnnpack-dev libpthreadpool-dev libcpuinfo-dev
