@@ -74,34 +74,38 @@ std::string plot_svg(const RatingsFile& file, const std::vector<Spread>& spreads
 // The figures as the paper prints them (section V-B).
 constexpr double kPaperChi2 = 42.029, kPaperF = 212.293, kPaperDfEffect = 1.330, kPaperDfError = 81.135;
 constexpr std::size_t kPaperPeople = 62, kPaperConditions = 3;
+constexpr std::size_t kPaperPeopleMax = 70;  // 68 answered
 struct Printed {
   const char* what;
   double value;
+  int decimals;
 };
-constexpr Printed kPaperMeans[] = {{"semantic", 8.427}, {"uniform", 5.935}, {"none", 3.71}};
-constexpr Printed kPaperShares[] = {{"had played first-person shooters", 69.57}, {"had used virtual or mixed reality", 65.22}};
+constexpr Printed kPaperMeans[] = {{"semantic", 8.427, 3}, {"uniform", 5.935, 3}, {"none", 3.71, 2}};
+constexpr Printed kPaperShares[] = {{"had played first-person shooters", 69.57, 2},
+                                    {"had used virtual or mixed reality", 65.22, 2}};
 
 /// What of the paper's printed figures follows from the others, and what cannot be.
 std::string paper_text() {
   const double w = mauchly_w_of(kPaperChi2, kPaperPeople, kPaperConditions), e = epsilon_of_three_conditions(w);
   const double df_effect = (kPaperConditions - 1) * e, df_error = df_effect * (kPaperPeople - 1);
+  const std::string people = std::to_string(kPaperPeople);
   std::string text = "The paper's own printed figures\n  Mauchly's chi2 of " + fixed(kPaperChi2, 3) + " with " +
-                     std::to_string(kPaperPeople) + " people fixes W = " + fixed(w, 3) + " and epsilon = " + fixed(e, 3) +
+                     people + " people fixes W = " + fixed(w, 3) + " and epsilon = " + fixed(e, 3) +
                      ", hence F(" + fixed(df_effect, 3) + ", " + fixed(df_error, 3) + "); printed: F(" +
                      fixed(kPaperDfEffect, 3) + ", " + fixed(kPaperDfError, 3) + ") = " + fixed(kPaperF, 3) + ".\n";
   text += "  They give a partial eta2 of " +
           fixed(kPaperF * kPaperDfEffect / (kPaperF * kPaperDfEffect + kPaperDfError), 3) + ", which is not printed.\n";
-  for (const auto& [what, mean] : kPaperMeans) {
-    const int decimals = mean == 3.71 ? 2 : 3;
+  for (const auto& [what, mean, decimals] : kPaperMeans) {
     if (mean_is_possible(mean, decimals, kPaperPeople)) continue;
-    text += std::string("  The mean of ") + what + ", " + fixed(mean, decimals) + ", is not one of 62 whole ratings" +
+    text += std::string("  The mean of ") + what + ", " + fixed(mean, decimals) + ", is not one of " + people + " whole ratings" +
             (mean_is_possible(mean, decimals, kPaperPeople, 2) ? "; with half points it is.\n" : ", nor of half points.\n");
   }
-  for (const auto& [what, share] : kPaperShares) {
-    if (percentage_is_possible(share, 2, kPaperPeople)) continue;
-    text += "  " + fixed(share, 2) + " % (" + what + ") is no number of 62 people; of up to 70 it could be";
-    for (std::size_t n = 1; n <= 70; ++n)
-      if (percentage_is_possible(share, 2, n)) text += " " + std::to_string(n);
+  for (const auto& [what, share, decimals] : kPaperShares) {
+    if (percentage_is_possible(share, decimals, kPaperPeople)) continue;
+    text += "  " + fixed(share, decimals) + " % (" + what + ") is no number of " + people + " people; of up to " +
+            std::to_string(kPaperPeopleMax) + " it could be";
+    for (std::size_t n = 1; n <= kPaperPeopleMax; ++n)
+      if (percentage_is_possible(share, decimals, n)) text += " " + std::to_string(n);
     text += ".\n";
   }
   return text;
