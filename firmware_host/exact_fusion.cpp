@@ -7,6 +7,7 @@
 #include "pipeline/label/pane_evidence.hpp"
 #include "pipeline/map/fuse_labels.hpp"
 #include "pipeline/register/depth_images.hpp"
+#include "pipeline/register/panes.hpp"
 #include "rt/assert.hpp"
 
 namespace tactus::firmware {
@@ -63,7 +64,7 @@ FusedTwice ExactFusion::fuse(std::span<const map::SurfaceCell> cells, const hal:
       const auto u = static_cast<float>(ray.x * rig.depth.fx + rig.depth.cx),
                  v = static_cast<float>(ray.y * rig.depth.fy + rig.depth.cy);
       if (!map::sample_scores(view, u, v, bytes)) continue;
-      const bool as_pane = !keyframe.pane_bits.empty() && (keyframe.pane_bits[pixel / 64] >> (pixel % 64) & 1u) != 0;
+      const bool as_pane = is_pane(keyframe.pane_bits, pixel);
       label::ObservationCosts costs = label::costs_of(bytes);
       if (as_pane) label::add_pane_evidence(costs);
       fused.words[i] = label::fuse(fused.words[i], costs);

@@ -9,6 +9,7 @@
 #include "pipeline/map/surface_cells.hpp"
 #include "pipeline/register/depth_images.hpp"
 #include "pipeline/register/half_color.hpp"
+#include "pipeline/register/panes.hpp"
 #include "rt/assert.hpp"
 
 namespace tactus::map {
@@ -83,7 +84,7 @@ class KeyframeView {
         std::max(kAgreeVoxels * config_.voxel_size_m, kAgreeSigmas * depth_sigma_m(measured_m) * toward);
     if (!(std::fabs(measured_m - p.z) * toward <= tolerance_m)) return false;
     if (!keyframe_.color_pixels.empty() && keyframe_.color_pixels[pixel] == kNoColorPixel) return false;
-    as_pane = !keyframe_.pane_bits.empty() && (keyframe_.pane_bits[pixel / 64] >> (pixel % 64) & 1u) != 0;
+    as_pane = is_pane(keyframe_.pane_bits, pixel);
     return project_to_color(p, u, v);
   }
 

@@ -32,6 +32,12 @@ struct InversePlane {
   [[nodiscard]] bool holds(const InverseDepth& p) const { return behind(p) <= p.tolerance && behind(p) >= -p.tolerance; }
 };
 
+/// Whether a half-resolution pixel belongs to a pane; `pane_bits` as PaneFiller::pane_bits() has them, empty: none does.
+/// Any phase, any thread.
+[[nodiscard]] inline bool is_pane(std::span<const std::uint64_t> pane_bits, std::size_t half_pixel) {
+  return !pane_bits.empty() && (pane_bits[half_pixel / 64] >> (half_pixel % 64) & 1u) != 0;
+}
+
 class PaneFiller {
  public:
   /// `full`: an ideal camera (no distortion), sides multiples of 4.

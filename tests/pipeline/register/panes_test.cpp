@@ -18,15 +18,7 @@
 namespace tactus {
 namespace {
 
-hal::Intrinsics camera() {
-  hal::Intrinsics c;
-  c.width = 320;
-  c.height = 240;
-  c.fx = c.fy = 262.5;
-  c.cx = 159.5;
-  c.cy = 119.5;
-  return c;
-}
+hal::Intrinsics camera() { return {320, 240, 262.5, 262.5, 159.5, 119.5}; }
 
 // A depth image by a formula: z in metres at a ray, 0 where nothing comes back.
 struct Shot {
@@ -54,9 +46,7 @@ struct Shot {
     for (const std::uint64_t word : filler.pane_bits()) count += static_cast<std::size_t>(std::popcount(word));
     return count;
   }
-  [[nodiscard]] bool is_pane(std::size_t half_pixel) const {
-    return (filler.pane_bits()[half_pixel / 64] >> (half_pixel % 64) & 1u) != 0;
-  }
+  [[nodiscard]] bool is_pane(std::size_t half_pixel) const { return tactus::is_pane(filler.pane_bits(), half_pixel); }
 
   hal::Intrinsics full;
   test::AlignedMemory memory;
@@ -244,7 +234,7 @@ TEST(PaneFiller, InTheRoomsMirrorsAndShutWindowsAreClosedAndOpenOnesStayOpen) {
         const bool is_pane = material[pixel] == 6 || material[pixel] == 10;  // glass, mirror
         if (half_m[i] > 0) continue;
         holes += is_pane;
-        if ((filler.pane_bits()[i / 64] >> (i % 64) & 1u) == 0) continue;
+        if (!tactus::is_pane(filler.pane_bits(), i)) continue;
         (std::fabs(closed[i] - exact_m[pixel]) < 0.03f ? right : wrong) += 1;
       }
     }
