@@ -10,10 +10,6 @@ namespace {
 
 bool shares_pixels(const hal::RigCalibration& rig) { return !rig.has_color || rig.registered; }
 
-double radius_of(const contact::Shape& shape) {
-  return shape.kind == contact::ShapeKind::sphere ? shape.radius_m : shape.half_extents_m.norm();
-}
-
 }  // namespace
 
 void picture_depth(const SensorFrame& frame, const hal::RigCalibration& rig,
@@ -102,7 +98,7 @@ std::optional<float> hidden_share(std::span<const contact::BodyState> bodies, co
   int in_view = 0, hidden = 0;
   for (const contact::BodyState& body : bodies) {
     const Vec3d p = T_depth_world * body.position_world_m;
-    const double radius = radius_of(body.shape);
+    const double radius = contact::reach_m(body.shape);
     if (!(p.z > radius + 0.1)) continue;
     for (int j = 0; j < kRaysPerSide; ++j)
       for (int i = 0; i < kRaysPerSide; ++i) {

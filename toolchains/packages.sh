@@ -17,10 +17,18 @@ packages_run=(
   libflatbuffers-dev flatbuffers-compiler libxnnpack-dev libpthreadpool-dev libcpuinfo-dev
   # Rendering without a window: headers, and Mesa's software driver, which EGL loads at run time.
   libegl-dev libgles-dev libegl1 libgles2 libegl-mesa0 libgl1-mesa-dri
+  # A window, when there is a screen.
+  libx11-dev
+  # Sound in space (OpenAL Soft, HRTF), with or without a sound card; video.mp4 with its sound.
+  libopenal-dev libavformat-dev libavcodec-dev libavutil-dev libswscale-dev
 )
 
 # The tests on this machine: GoogleTest, and clang with its libFuzzer and sanitizer runtimes.
-packages_test=(libgtest-dev clang libclang-rt-14-dev llvm binutils)
+packages_test=(
+  libgtest-dev clang libclang-rt-14-dev llvm binutils
+  # A screen for the window's tests and a person's hand on it; a browser for the questionnaire's.
+  xvfb libxtst-dev chromium
+)
 
 # Nothing needs these: peers that tests/bench runs beside ours where they are installed. PCL: the CRF of the paper's authors.
 packages_peer=(libpcl-dev)
@@ -28,15 +36,15 @@ packages_peer=(libpcl-dev)
 # The same tests as an arm64 device sees them: compiler, user-mode emulator, and what makes the sysroot.
 packages_cross=(g++-aarch64-linux-gnu qemu-user-static mmdebstrap)
 
-# What the arm64 sysroot holds: packages_run less tools and the renderer's driver (llvmpipe under qemu would be
-# minutes a frame), plus the C and C++ libraries and GoogleTest.
+# What the arm64 sysroot holds: packages_run less tools, the renderer's driver (llvmpipe under qemu would be
+# minutes a frame) and the video encoder (a headset shows its pictures, its 90 libraries would double the sysroot), plus the C and C++ libraries and GoogleTest.
 packages_sysroot=(
   libc6-dev libstdc++-12-dev
   libeigen3-dev libhwy-dev libcli11-dev nlohmann-json3-dev libtomlplusplus-dev libnanoflann-dev libboost-dev
   libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev libpng-dev libjpeg62-turbo-dev
   libode-dev
   libflatbuffers-dev libxnnpack-dev libpthreadpool-dev libcpuinfo-dev
-  libegl-dev libgles-dev
+  libegl-dev libgles-dev libx11-dev libopenal-dev
   libgtest-dev
 )
 

@@ -14,10 +14,6 @@ constexpr double kFallMaxM = 1.5;
 // Nearest first; 5 cm apart, as far as 0.2 m: 0.6 to 1.0 m for the built-in drop.
 constexpr std::array<double, 9> kOffsetsM = {0, -0.05, 0.05, -0.1, 0.1, -0.15, 0.15, -0.2, 0.2};
 
-double reach_m(const contact::Shape& shape) {
-  return shape.kind == contact::ShapeKind::sphere ? shape.radius_m : shape.half_extents_m.norm();
-}
-
 Vec3d view_direction(const T_WorldDepth& T_world_depth) { return T_world_depth.rotation * Vec3d{0, 0, 1}; }
 
 std::optional<Vec3d> place_at(const contact::Shape& shape, double distance_m, double above_m,

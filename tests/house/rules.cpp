@@ -58,7 +58,8 @@ constexpr std::array kStageArrows{
     Arrow{"pipeline/interact", "pipeline/label"}, Arrow{"pipeline/interact", "pipeline/map"},
     Arrow{"pipeline/render", "pipeline/label"},   Arrow{"pipeline/evaluate", "pipeline/label"},
     Arrow{"pipeline/track", "pipeline/label"},    Arrow{"pipeline/map", "pipeline/register"},
-    Arrow{"pipeline/track", "pipeline/register"},
+    Arrow{"pipeline/track", "pipeline/register"}, Arrow{"pipeline/sound", "pipeline/contact"},
+    Arrow{"pipeline/sound", "pipeline/label"},    Arrow{"pipeline/sound", "pipeline/map"},
 };
 bool may_include(std::string_view from, std::string_view to) {
   if (from == to || from == "tests") return true;
@@ -79,7 +80,8 @@ bool is_in_step_scope(std::string_view path) {
 }
 
 bool is_in_result_scope(std::string_view path) {
-  return is_in_step_scope(path) && layer_of(path) != "pipeline/render";
+  const std::string layer = layer_of(path);
+  return is_in_step_scope(path) && layer != "pipeline/render" && layer != "pipeline/sound";
 }
 
 constexpr std::array<std::string_view, 45> kStepWords{
