@@ -1,5 +1,7 @@
 #include "pipeline/contact/materials.hpp"
 
+#include <algorithm>
+#include <span>
 #include <sstream>
 
 #include "hal/toml/toml_text.hpp"
@@ -9,22 +11,78 @@ namespace {
 
 struct Key {
   std::string_view name;
-  double ContactProperties::*member;
+  double& (*of)(MaterialTable& table, std::size_t id);
   double least;
   double greatest;
 };
 
+template <auto kMember>
+double& contact_of(MaterialTable& table, std::size_t id) {
+  return table.properties[id].*kMember;
+}
+template <auto kMember>
+double& fracture_of(MaterialTable& table, std::size_t id) {
+  return table.fracture[id].*kMember;
+}
+template <auto kMember>
+double& sound_of(MaterialTable& table, std::size_t id) {
+  return table.sound[id].*kMember;
+}
+template <std::size_t kBand>
+double& absorption_of(MaterialTable& table, std::size_t id) {
+  return table.sound[id].absorption[kBand];
+}
+template <auto kMember>
+double& look_of(MaterialTable& table, std::size_t id) {
+  return table.look[id].*kMember;
+}
+
 /// The ranges are physical limits, not taste: a value outside is a slip of unit or point.
-constexpr std::array<Key, 8> kKeys = {{
-    {"restitution", &ContactProperties::restitution, 0, 1},
-    {"static_friction", &ContactProperties::static_friction, 0, 5},
-    {"kinetic_friction", &ContactProperties::kinetic_friction, 0, 5},
-    {"rolling_resistance", &ContactProperties::rolling_resistance, 0, 1},
-    {"youngs_modulus_pa", &ContactProperties::youngs_modulus_pa, 1e2, 2e12},
-    {"compliance_m_per_n", &ContactProperties::compliance_m_per_n, 0, 0.01},
-    {"density_kg_per_m3", &ContactProperties::density_kg_per_m3, 0.1, 25000},
-    {"roughness_m", &ContactProperties::roughness_m, 0, 0.1},
+constexpr std::array kKeys = {
+    Key{"restitution", contact_of<&ContactProperties::restitution>, 0, 1},
+    Key{"static_friction", contact_of<&ContactProperties::static_friction>, 0, 5},
+    Key{"kinetic_friction", contact_of<&ContactProperties::kinetic_friction>, 0, 5},
+    Key{"rolling_resistance", contact_of<&ContactProperties::rolling_resistance>, 0, 1},
+    Key{"youngs_modulus_pa", contact_of<&ContactProperties::youngs_modulus_pa>, 1e2, 2e12},
+    Key{"compliance_m_per_n", contact_of<&ContactProperties::compliance_m_per_n>, 0, 0.01},
+    Key{"density_kg_per_m3", contact_of<&ContactProperties::density_kg_per_m3>, 0.1, 25000},
+    Key{"roughness_m", contact_of<&ContactProperties::roughness_m>, 0, 0.1},
+    Key{"strength_pa", fracture_of<&FractureProperties::strength_pa>, 1e3, 1e11},
+    Key{"chips_per_joule", fracture_of<&FractureProperties::chips_per_joule>, 0, 100},
+    Key{"decal_radius_m", fracture_of<&FractureProperties::decal_radius_m>, 0, 0.2},
+    Key{"mode_frequency_hz", sound_of<&SoundProperties::mode_frequency_hz>, 20, 20000},
+    Key{"loss_factor", sound_of<&SoundProperties::loss_factor>, 1e-5, 1},
+    Key{"noise_share", sound_of<&SoundProperties::noise_share>, 0, 1},
+    Key{"absorption_250_hz", absorption_of<0>, 0, 1},
+    Key{"absorption_1000_hz", absorption_of<1>, 0, 1},
+    Key{"absorption_4000_hz", absorption_of<2>, 0, 1},
+    Key{"optical_roughness", look_of<&LookProperties::optical_roughness>, 0, 1},
+    Key{"metalness", look_of<&LookProperties::metalness>, 0, 1},
+};
+
+/// A key that takes one of a few words.
+struct Choice {
+  std::string_view name;
+  std::span<const std::string_view> words;
+  void (*set)(MaterialTable& table, std::size_t id, std::size_t word);
+};
+
+constexpr std::array<Choice, 2> kChoices = {{
+    {"fracture_pattern", kBreakPatternNames,
+     [](MaterialTable& table, std::size_t id, std::size_t word) {
+       table.fracture[id].pattern = static_cast<BreakPattern>(word);
+     }},
+    {"decal", kDecalKindNames,
+     [](MaterialTable& table, std::size_t id, std::size_t word) {
+       table.fracture[id].decal = static_cast<DecalKind>(word);
+     }},
 }};
+
+bool is_known(std::string_view key) {
+  const auto has_name = [key](const auto& known) { return known.name == key; };
+  return std::any_of(kKeys.begin(), kKeys.end(), has_name) ||
+         std::any_of(kChoices.begin(), kChoices.end(), has_name);
+}
 
 std::string in_words(double value) {
   std::ostringstream words;
@@ -63,6 +121,18 @@ rt::Result<double> read_number(const toml::node& node, const Key& key, const std
   return *value;
 }
 
+/// Which of the choice's words stands there.
+rt::Result<std::size_t> read_word(const toml::node& node, const Choice& choice, const std::string& full_name,
+                                  const std::string& file) {
+  const auto text = node.is_string() ? node.value<std::string>() : std::nullopt;
+  std::string words;
+  for (std::size_t i = 0; i < choice.words.size(); ++i) {
+    if (text && *text == choice.words[i]) return i;
+    words += (i == 0 ? "" : ", ") + std::string(choice.words[i]);
+  }
+  return complaint(file, node.source(), full_name + " must be one of " + words);
+}
+
 }  // namespace
 
 rt::Result<MaterialTable> parse_material_table(std::string_view text, const std::string& file) {
@@ -90,9 +160,7 @@ rt::Result<MaterialTable> parse_material_table(std::string_view text, const std:
                        file + ": the material [" + material + "] is missing; a table has all 23"};
     const toml::table& entries = *node->as_table();
     for (const auto& [name, entry] : entries) {
-      bool known = false;
-      for (const Key& key : kKeys) known = known || key.name == name.str();
-      if (!known)
+      if (!is_known(name.str()))
         return complaint(file, entry.source(),
                          "[" + material + "] has the unknown key \"" + std::string(name.str()) + "\"");
     }
@@ -102,7 +170,15 @@ rt::Result<MaterialTable> parse_material_table(std::string_view text, const std:
       if (entry == nullptr) return complaint(file, node->source(), full_name + " is missing");
       const rt::Result<double> value = read_number(*entry, key, full_name, file);
       if (!value) return value.error();
-      table.properties[id].*key.member = *value;
+      key.of(table, id) = *value;
+    }
+    for (const Choice& choice : kChoices) {
+      const std::string full_name = "[" + material + "] " + std::string(choice.name);
+      const toml::node* entry = entries.get(choice.name);
+      if (entry == nullptr) return complaint(file, node->source(), full_name + " is missing");
+      const rt::Result<std::size_t> word = read_word(*entry, choice, full_name, file);
+      if (!word) return word.error();
+      choice.set(table, id, *word);
     }
     if (table.properties[id].kinetic_friction > table.properties[id].static_friction)
       return complaint(

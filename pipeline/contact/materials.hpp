@@ -25,6 +25,8 @@ struct ContactProperties {
 
 /// How a thing of this material comes apart.
 enum class BreakPattern : std::uint8_t { none, shards, crumbs, splinters, fibres };
+inline constexpr std::array<std::string_view, 5> kBreakPatternNames = {"none", "shards", "crumbs", "splinters",
+                                                                       "fibres"};
 
 struct FractureProperties {
   BreakPattern pattern = BreakPattern::none;  // none: it never breaks and sheds nothing

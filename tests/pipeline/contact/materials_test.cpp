@@ -48,7 +48,7 @@ TEST(Materials, BuiltInTableIsPhysicallyOrdered) {
 
 TEST(Materials, UnknownMaterialNamesFileAndLine) {
   const std::string message = complaint(replaced("[brick]", "[bricks]"));
-  EXPECT_NE(message.find("my.toml:14: [bricks]"), std::string::npos) << message;
+  EXPECT_NE(message.find("my.toml:23: [bricks]"), std::string::npos) << message;
 }
 
 TEST(Materials, MissingMaterialIsNamed) {
@@ -59,7 +59,7 @@ TEST(Materials, MissingMaterialIsNamed) {
 
 TEST(Materials, UnknownKeyNamesLineAndKey) {
   const std::string message = complaint(replaced("[brick]\nrestitution ", "[brick]\nbouncyness "));
-  EXPECT_NE(message.find("my.toml:15:"), std::string::npos) << message;
+  EXPECT_NE(message.find("my.toml:24:"), std::string::npos) << message;
   EXPECT_NE(message.find("bouncyness"), std::string::npos) << message;
 }
 
@@ -71,7 +71,7 @@ TEST(Materials, MissingKeyIsNamed) {
 
 TEST(Materials, NumberOutsideItsRangeIsRefused) {
   const std::string message = complaint(replaced("value = 0.55", "value = 1.55"));
-  EXPECT_NE(message.find("my.toml:15: [brick] restitution is 1.55; it must lie between 0 and 1"),
+  EXPECT_NE(message.find("my.toml:24: [brick] restitution is 1.55; it must lie between 0 and 1"),
             std::string::npos)
       << message;
   EXPECT_NE(complaint(replaced("value = 0.55", "value = nan")).find("must lie between"), std::string::npos);
@@ -90,6 +90,35 @@ TEST(Materials, WrongTypesAreRefused) {
             std::string::npos);
   EXPECT_NE(complaint(replaced("value = 0.55", "value = \"high\"")).find("has no number"), std::string::npos);
   EXPECT_NE(complaint("brick = 3\n").find("must be a table"), std::string::npos);
+}
+
+TEST(Materials, EveryMaterialSaysHowItBreaksSoundsAndLooks) {
+  const MaterialTable sut = default_material_table();
+  for (std::size_t i = 0; i < kMaterialCount; ++i) {
+    const FractureProperties& f = sut.fracture[i];
+    EXPECT_EQ(f.pattern == BreakPattern::none, f.chips_per_joule == 0) << kMaterialNames[i];
+    EXPECT_EQ(f.decal == DecalKind::none, f.decal_radius_m == 0) << kMaterialNames[i];
+    EXPECT_GT(sut.sound[i].mode_frequency_hz, 0) << kMaterialNames[i];
+    EXPECT_GT(sut.sound[i].loss_factor, 0) << kMaterialNames[i];
+    EXPECT_GT(sut.look[i].optical_roughness, 0) << kMaterialNames[i];
+  }
+  const auto id = [](const char* name) { return material_from_name(name); };
+  EXPECT_EQ(sut.fracture_of(id("glass")).decal, DecalKind::cracks);
+  EXPECT_EQ(sut.fracture_of(id("wood")).pattern, BreakPattern::splinters);
+  EXPECT_LT(sut.sound_of(id("metal")).loss_factor, sut.sound_of(id("fabric")).loss_factor);
+  EXPECT_GT(sut.sound_of(id("carpet")).absorption[2], sut.sound_of(id("tile")).absorption[2]);
+  EXPECT_EQ(sut.look_of(id("metal")).metalness, 1);
+  EXPECT_EQ(&sut.fracture_of(kUnknownMaterial), &sut.fracture_of(id("other")));
+}
+
+TEST(Materials, WordThatIsNoChoiceNamesTheChoices) {
+  const std::string message = complaint(replaced("decal              = \"crater\"", "decal = \"hole\""));
+  EXPECT_NE(message.find("[brick] decal must be one of none, crater, cracks, tear, splinter, dent"), std::string::npos)
+      << message;
+  EXPECT_NE(complaint(replaced("fracture_pattern   = \"crumbs\"", "fracture_pattern = 3")).find("must be one of"),
+            std::string::npos);
+  EXPECT_NE(complaint(replaced("fracture_pattern   = \"crumbs\"\n", "")).find("fracture_pattern is missing"),
+            std::string::npos);
 }
 
 TEST(Materials, SlidingThatGripsMoreThanRestIsRefused) {
