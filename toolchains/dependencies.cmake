@@ -19,7 +19,7 @@ pkg_check_modules(PNG REQUIRED IMPORTED_TARGET libpng)
 pkg_check_modules(X11 REQUIRED IMPORTED_TARGET x11)
 pkg_check_modules(OPENAL REQUIRED IMPORTED_TARGET openal)
 # Where it is not there, as on a headset, the program says so instead of writing video.mp4.
-pkg_check_modules(LIBAV IMPORTED_TARGET libavformat libavcodec libavutil libswscale)
+pkg_check_modules(LIBAV IMPORTED_TARGET libavformat "libavcodec>=59.24" libavutil libswscale)
 find_library(XNNPACK_LIBRARY XNNPACK REQUIRED)
 find_library(PTHREADPOOL_LIBRARY pthreadpool REQUIRED)
 
