@@ -19,8 +19,8 @@ struct MovieFormat {
   int width_px = 0, height_px = 0;  // even numbers: colour has half of the resolution
   double frame_rate_hz = 30;        // 1 to 1000
   SoundFormat sound = {};           // channels_count 0: a silent film; otherwise 2
-  std::span<const char* const> picture_encoders =
-      kPictureEncoders;  // libavcodec's names; the first one there is
+  // libavcodec's names; the first one there is.
+  std::span<const char* const> picture_encoders = kPictureEncoders;
 };
 
 /// One film being written. Thread-bound; allocates and writes files at any time, so never called on a
