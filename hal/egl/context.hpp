@@ -1,4 +1,4 @@
-// A GLES 3 drawing context without a window.
+// A GLES 3 drawing context, without a window or for one.
 #pragma once
 
 #include <string>
@@ -13,13 +13,25 @@ struct ContextConfig {
   int software_threads_count = 0;
 };
 
-/// Owns one EGL context on Mesa's surfaceless platform: no window, no X server, no rights needed.
-/// Thread-bound between make_current() and release().
+/// Owns one EGL context. Thread-bound between make_current() and release().
 class Context {
  public:
-  /// Opens the newest GLES 3 there is. The context is current on no thread. Boot. Error (device_unavailable)
-  /// with one sentence when this machine has no surfaceless EGL or no GLES 3.
+  /// Opens the newest GLES 3 there is on Mesa's surfaceless platform: no window, no X server, no rights
+  /// needed. The context is current on no thread. Boot. Error (device_unavailable) with one sentence when
+  /// this machine has no surfaceless EGL or no GLES 3.
   static rt::Result<Context> create(const ContextConfig& config);
+
+  /// The same for a window of an X server. `connection` is Xlib's Display, used by nobody else for EGL; it
+  /// must outlive the context. The window's visual is `visual` where that can be drawn to, see visual().
+  /// Boot.
+  static rt::Result<Context> create_x11(void* connection, int visual, const ContextConfig& config);
+  /// The visual that the window must be made with.
+  [[nodiscard]] int visual() const;
+  /// Draws to `window` from now on, at the screen's rate where the driver can wait for it. The window
+  /// outlives the context. Leaves the context current on the calling thread. Boot. Error: device_unavailable.
+  rt::Result<void> attach_x11(unsigned long window);
+  /// Shows what was drawn to the window. ok | device_lost. Step; may wait for the screen.
+  rt::Status swap() noexcept;
 
   Context(Context&& other) noexcept;
   Context& operator=(Context&& other) noexcept;
@@ -33,10 +45,15 @@ class Context {
   [[nodiscard]] std::string description() const;
 
  private:
-  Context(void* display, void* context) : display_(display), context_(context) {}
+  Context(void* display, void* config, void* context)
+      : display_(display), config_(config), context_(context) {}
+  static rt::Result<Context> open(void* display, int surface, int visual);
 
   void* display_ = nullptr;  // EGLDisplay
+  void* config_ = nullptr;   // EGLConfig
   void* context_ = nullptr;  // EGLContext; null when moved from
+  void* surface_ = nullptr;  // EGLSurface; null without a window
+  bool owns_display_ = false;
 };
 
 }  // namespace tactus::hal::egl

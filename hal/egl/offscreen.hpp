@@ -5,10 +5,11 @@
 
 #include "hal/display.hpp"
 #include "hal/egl/context.hpp"
+#include "hal/egl/framebuffer.hpp"
 
 namespace tactus::hal::egl {
 
-/// A framebuffer of 8-bit RGBA and 24-bit depth in a context of its own. present() waits until the picture is
+/// A framebuffer in a context of its own. present() waits until the picture is
 /// drawn, so that its cost falls on the thread that drew it.
 class OffscreenDisplay final : public Display {
  public:
@@ -16,11 +17,10 @@ class OffscreenDisplay final : public Display {
   /// bad_usage (a size the driver cannot draw).
   static rt::Result<OffscreenDisplay> create(DisplayFormat format, const ContextConfig& config = {});
 
-  OffscreenDisplay(OffscreenDisplay&& other) noexcept;
+  OffscreenDisplay(OffscreenDisplay&&) noexcept = default;
   OffscreenDisplay& operator=(OffscreenDisplay&&) = delete;
-  ~OffscreenDisplay() override;
 
-  [[nodiscard]] DisplayFormat format() const override { return format_; }
+  [[nodiscard]] DisplayFormat format() const override { return framebuffer_.format(); }
   rt::Status begin() noexcept override;
   rt::Status present() noexcept override;
   void release() noexcept override { context_.release(); }
@@ -29,13 +29,11 @@ class OffscreenDisplay final : public Display {
   [[nodiscard]] const Context& context() const { return context_; }
 
  private:
-  OffscreenDisplay(Context&& context, DisplayFormat format) : context_(std::move(context)), format_(format) {}
+  OffscreenDisplay(Context&& context, Framebuffer framebuffer)
+      : context_(std::move(context)), framebuffer_(framebuffer) {}
 
   Context context_;
-  DisplayFormat format_;
-  std::uint32_t framebuffer_ = 0;  // GL names; 0: none (moved from)
-  std::uint32_t color_ = 0;
-  std::uint32_t depth_ = 0;
+  Framebuffer framebuffer_;
   std::uint64_t frames_presented_ = 0;
 };
 
