@@ -26,12 +26,14 @@ class SpatialMixer {
 
   /// Where the ears are: those of a head that looks along the camera's z.
   virtual void set_listener(const T_WorldDepth& T_world_listener) noexcept = 0;
-  /// ok | full (every voice sounds; the clip is left out and counted) | unsupported (an empty clip or a place that is not
-  /// finite).
+  /// ok | full (every voice sounds; the clip is left out and counted) | unsupported (an empty clip, one that would end
+  /// later than the mixer can plan, or numbers that are not finite).
   virtual rt::Status play(const SpatialClip& clip) noexcept = 0;
   /// The next samples.size() / 2 stereo sample frames. ok | device_lost.
   virtual rt::Status mix(std::span<float> samples) noexcept = 0;
 
+  /// Clips that can begin now without being left out.
+  [[nodiscard]] virtual int voices_free() const noexcept = 0;
   [[nodiscard]] virtual std::uint64_t clips_left_out() const = 0;
 };
 
