@@ -1,0 +1,66 @@
+// How the real room answers a sound: one early reflection from each large surface around, duller and weaker
+// by what that surface is made of.
+//
+// Image sources of the first order (Allen, Berkley 1979, "Image method for efficiently simulating small-room
+// acoustics"). The planes come from the labelled map: 26 rays from the source, hits on one plane taken
+// together; a reflection is kept when rays from the source and from the listener both reach its point on the
+// surface. Where the map is empty there is no answer: what was never seen reflects nothing.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+
+#include "hal/transform.hpp"
+#include "pipeline/contact/materials.hpp"
+#include "pipeline/map/reader.hpp"
+
+namespace tactus::sound {
+
+inline constexpr double kSoundSpeedMPerS = 343;  // dry air at 20 degrees
+inline constexpr int kBands = 3;                 // around 250, 1000 and 4000 Hz, as the table's absorption
+
+/// Map::Reader::raycast, or an analytic room in a test. Non-owning; the context outlives every user. Step: no
+/// heap, no lock.
+struct RoomRays {
+  using Cast = bool (*)(const void* context, const Vec3f& origin_world_m, const Vec3f& direction_world,
+                        float range_m_max, map::SurfacePoint& out) noexcept;
+  const void* context = nullptr;  // none: no room
+  Cast cast_fn = nullptr;
+
+  [[nodiscard]] bool cast(const Vec3d& origin_world_m, const Vec3d& direction_world, double range_m_max,
+                          map::SurfacePoint& out) const noexcept {
+    return cast_fn != nullptr && cast_fn(context, origin_world_m.cast<float>(), direction_world.cast<float>(),
+                                         static_cast<float>(range_m_max), out);
+  }
+};
+RoomRays rays_of(const map::Reader& reader);
+
+struct Reflection {
+  Vec3d image_world_m;              // the source, mirrored: where the sound seems to come from
+  Vec3d point_world_m;              // on the surface
+  double path_m = 0;                // from the source by the point to the listener: |image - listener|
+  std::array<double, kBands> gain;  // of the amplitude: sqrt(1 - expected absorption)
+};
+
+/// Places of a sound and of its hearer. The source may lie on a surface: rays start 8 cm in front of it,
+/// along source_normal_world or, where that is zero, towards the listener. A surface nearer than 15 cm gives
+/// no reflection: it would come less than a millisecond later and only colour the sound.
+struct SoundPath {
+  Vec3d source_world_m;
+  Vec3d source_normal_world;
+  Vec3d listener_world_m;
+};
+
+/// The shortest out.size() reflections, shortest first, and how many there are. At most 26 + 2 * out.size()
+/// rays of 1 to 3 us, each of at most range_m. Step.
+int find_reflections(const RoomRays& rays, const contact::MaterialTable& table, const SoundPath& path,
+                     double range_m, std::span<Reflection> out) noexcept;
+
+/// Writes `clip` with its three bands scaled by `gain` to `out` (of the same size), split at 500 and 2000 Hz
+/// by one-pole filters that add up to the clip when all gains are 1. Neighbouring bands leak: one pole falls
+/// by 6 dB an octave.
+void apply_bands(const std::array<double, kBands>& gain, std::span<const float> clip,
+                 std::span<float> out) noexcept;
+
+}  // namespace tactus::sound
