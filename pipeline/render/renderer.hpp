@@ -1,16 +1,14 @@
-// Draws one picture: the camera's video, labels laid over it, and virtual bodies that real things hide.
+// Draws one picture: the camera's video, what lies on real surfaces, and virtual bodies that real things hide.
 //
-// Two layers (Chen et al. 2018, section IV-E): the video behind, and in front of it the real surfaces,
-// invisible, which hide what is behind them. The real surfaces are the registered depth image of the same
-// camera and the same moment.
-//   inputs   video, depth, labels, pose, bodies; all images in the camera given at bind
+// Two layers (Chen et al. 2018, section IV-E): the video behind, and in front of it the real surfaces, invisible, which
+// hide what is behind them. The real surfaces are the registered depth image of the same camera and the same moment.
+//   passes   shadow map (512 x 512, from the light); video and label overlay; shadows on the real; bodies
+//   inputs   video, depth, labels, pose, light, bodies; all images in the camera given at bind
 //   output   the framebuffer bound by hal::Display::begin(); read_back() copies it into memory
-//   memory   what bytes_needed() says, and the driver's own, which cannot be fenced (resident.hpp measures
-//   it) late     the caller drops the picture; nothing is carried over from one step to the next full more
-//   bodies in view than bodies_count_max of a shape: the first ones are drawn, the answer is `full` lost
-//   without a pose the video is shown and virtual things are not
-// Things on real surfaces (overlay now, later shadows and decals) belong to the first pass, which has a
-// pixel's real depth at hand; virtual things to the second.
+//   memory   what bytes_needed() says, and the driver's own, which cannot be fenced (resident.hpp measures it)
+//   late     the caller drops the picture; nothing is carried over from one step to the next
+//   full     more bodies in view than bodies_count_max of spheres, or of all other shapes: the first ones are drawn
+//   lost     without a pose the video is shown and virtual things are not
 #pragma once
 
 #include <cstddef>
@@ -21,6 +19,9 @@
 #include "pipeline/label/material.hpp"
 #include "pipeline/render/body.hpp"
 #include "pipeline/render/camera.hpp"
+#include "pipeline/render/light.hpp"
+#include "pipeline/render/mesh.hpp"
+#include "pipeline/render/shadow.hpp"
 #include "rt/slice.hpp"
 #include "rt/status.hpp"
 
@@ -28,14 +29,14 @@ namespace tactus::render {
 
 struct RenderConfig {
   hal::Intrinsics camera;  // of the video and of the depth image; no distortion; also the size of the picture
-  std::size_t bodies_count_max = 256;  // of each shape
+  std::size_t bodies_count_max = 256;  // of spheres, and of all other shapes together
+  std::span<const HullMesh> hulls;     // the shapes of Body::hull_index; read at bind only
   ClipRange clip;
   /// A virtual point at depth z is hidden by a real one nearer than z - (bias_m + bias_per_m z^2). 2 sigma of
   /// a Kinect v1 (1.425 mm z^2, Khoshelham and Elberink 2012) and half a voxel, so that a ball on a table is
   /// not eaten from below.
   float occlusion_bias_m = 0.005F;
   float occlusion_bias_per_m = 0.00285F;
-  Vec3f toward_light_world{0.35F, 0.85F, 0.4F};  // need not be unit; not zero
 };
 
 struct RenderInputs {
@@ -44,7 +45,12 @@ struct RenderInputs {
   std::span<const MaterialId> labels;  // width * height, 255: unknown; empty: overlay off
   float overlay_alpha = 0.5F;          // 0: overlay off, 1: labels only
   bool is_tracked = true;              // false: T_world_depth means nothing, bodies are not drawn
-  T_WorldDepth T_world_depth;
+  T_WorldDepth T_world_depth;          // of the picture's camera
+  /// The camera of video, depth and labels was turned against the picture's (a pose newer than the images): carries
+  /// a direction in the picture's camera into theirs. Identity: the images are shown as they are.
+  Rotation R_video_picture;
+  Light light;  // one whose direction is zero or not finite counts as the default one
+  bool has_shadows = true;
   std::span<const Body> bodies;
 };
 
@@ -82,27 +88,57 @@ class Renderer {
     kDepthTexture,
     kLabelsTexture,
     kPaletteTexture,
+    kShadowTexture,
     kTextureCount
   };
-  enum Program : std::uint8_t { kVideoProgram, kOverlayProgram, kSphereProgram, kBoxProgram, kProgramCount };
-  enum Buffer : std::uint8_t { kFrameBuffer, kSphereBuffer, kCornerBuffer, kBoxBuffer, kBufferCount };
+  enum Program : std::uint8_t {
+    kVideoProgram,
+    kOverlayProgram,
+    kSphereProgram,
+    kMeshProgram,
+    kShadeProgram,
+    kCastSphereProgram,
+    kCastMeshProgram,
+    kProgramCount
+  };
+  enum Buffer : std::uint8_t {
+    kFrameBuffer,
+    kSphereBuffer,
+    kMeshBuffer,
+    kCasterBuffer,
+    kVertexBuffer,
+    kIndexBuffer,
+    kBufferCount
+  };
+  enum VertexArray : std::uint8_t { kNoVertices, kSphereVertices, kMeshVertices, kPrismVertices, kVertexArrayCount };
 
   [[nodiscard]] std::size_t pixels_count() const;
-  void reserve_textures();
-  void reserve_buffers();
-  void upload_images(const RenderInputs& inputs, bool has_overlay, bool has_bodies) noexcept;
-  void upload_frame_block(const RenderInputs& inputs, bool has_overlay) noexcept;
-  void draw(const InstanceCounts& counts, bool has_overlay) noexcept;
+  rt::Result<void> link_programs();
+  rt::Result<void> reserve_textures();
+  void reserve_buffers(const MeshSet& meshes);
+  void upload_images(const RenderInputs& inputs, bool has_overlay, bool has_depth) noexcept;
+  void upload_frame_block(const RenderInputs& inputs, const Light& light, const ShadowView& shadow,
+                          bool has_overlay) noexcept;
+  void upload_instances(const InstanceCounts& counts) noexcept;
+  void use(Program program, VertexArray vertices, bool has_warp = false) noexcept;
+  void draw_meshes(const InstanceCounts& counts, bool in_view_only) noexcept;
+  void draw_shadow_map(const InstanceCounts& counts) noexcept;
+  void draw_shadows(const InstanceCounts& counts, bool has_warp) noexcept;
+  void draw_bodies(const InstanceCounts& counts, bool has_depth, bool has_warp) noexcept;
 
   RenderConfig config_;
   Projection projection_{};
   std::span<SphereInstance> spheres_;
-  std::span<BoxInstance> boxes_;
-  std::span<std::uint8_t> rgba_rows_;           // kRowsPerRead rows on their way from GL to the caller
+  std::span<MeshInstance> meshes_;
+  std::span<Caster> casters_;
+  std::span<float> hull_radii_m_;
+  std::span<std::uint8_t> rgba_rows_;  // kRowsPerRead rows on their way from GL to the caller
+  std::array<MeshSet::Range, kMeshesMax> mesh_ranges_{};
   std::uint32_t textures_[kTextureCount] = {};  // GL names; 0: none
-  std::uint32_t programs_[kProgramCount] = {};
+  std::uint32_t programs_[kProgramCount][2] = {};  // without and with warp; of one text, where it has none
   std::uint32_t buffers_[kBufferCount] = {};
-  std::uint32_t vertex_arrays_[kProgramCount] = {};
+  std::uint32_t vertex_arrays_[kVertexArrayCount] = {};
+  std::uint32_t shadow_framebuffer_ = 0;
 };
 
 }  // namespace tactus::render

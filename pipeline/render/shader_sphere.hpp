@@ -3,18 +3,24 @@
 
 namespace tactus::render {
 
-inline constexpr const char* kSphereVertex = R"(
+inline constexpr const char* kSphereAttributes = R"(
 layout(location = 0) in vec4 rectangle_ndc;
 layout(location = 1) in vec4 sphere;  // centre, radius
 layout(location = 2) in vec4 albedo;
+layout(location = 3) in vec4 finish;
+)";
+
+inline constexpr const char* kSphereVertex = R"(
 flat out vec4 sphere_depth_m;
 flat out vec3 sphere_albedo;
+flat out vec2 sphere_finish;
 
 void main() {
   vec2 corner = vec2(float(gl_VertexID & 1), float(gl_VertexID >> 1));
   gl_Position = vec4(mix(rectangle_ndc.xy, rectangle_ndc.zw, corner), 0.0, 1.0);
   sphere_depth_m = sphere;
   sphere_albedo = albedo.rgb;
+  sphere_finish = finish.xy;
 }
 )";
 
@@ -23,6 +29,7 @@ void main() {
 inline constexpr const char* kSphereFragment = R"(
 flat in vec4 sphere_depth_m;
 flat in vec3 sphere_albedo;
+flat in vec2 sphere_finish;
 out vec4 color;
 
 void main() {
@@ -35,10 +42,11 @@ void main() {
   float inside2 = radius * radius - dot(offset, offset);
   if (inside2 < 0.0) discard;
   float z = z_closest - sqrt(inside2 / length2);
-  if (z < clip.x || z > clip.y || is_hidden(z)) discard;
+  float seen = visibility(z);
+  if (z < clip.x || z > clip.y || seen == 0.0) discard;
 
   vec3 point = z * ray;
-  color = vec4(lit(sphere_albedo, (point - center) / radius, point), 1.0);
+  color = vec4(lit(sphere_albedo, sphere_finish, (point - center) / radius, point), seen);
   float z_ndc = projection[2][2] + projection[3][2] / z;
   gl_FragDepth = 0.5 * z_ndc + 0.5;
 }

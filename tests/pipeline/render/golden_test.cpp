@@ -11,6 +11,7 @@
 #include "pipeline/render/png.hpp"
 #include "tests/pipeline/render/drawing.hpp"
 #include "tests/pipeline/render/picture.hpp"
+#include "tests/pipeline/render/scene.hpp"
 
 namespace tactus::render {
 namespace {
@@ -38,12 +39,20 @@ test::Picture room_video() {
   return video;
 }
 
+// An octahedron with a flattened tip, about its centre.
+constexpr std::array<Vec3f, 6> kGemVertices = {Vec3f{0.09F, 0, 0}, {-0.09F, 0, 0}, {0, 0.12F, 0},
+                                               {0, -0.07F, 0},     {0, 0, 0.09F},  {0, 0, -0.09F}};
+constexpr std::array<std::array<std::uint16_t, 3>, 8> kGemTriangles = {
+    {{0, 2, 4}, {4, 2, 1}, {1, 2, 5}, {5, 2, 0}, {4, 3, 0}, {1, 3, 4}, {5, 3, 1}, {0, 3, 5}}};
+constexpr std::array<HullMesh, 1> kHulls = {HullMesh{kGemVertices, kGemTriangles}};
+
 class GoldenTest : public test::DrawingTest {
  protected:
   void SetUp() override {
     RenderConfig config;
     config.camera = test::pinhole(kWidth, kHeight, 140);
     config.bodies_count_max = 16;
+    config.hulls = kHulls;
     open(config);
     video_ = room_video();
     inputs_.video_rgb = video_.rgb;
@@ -130,6 +139,25 @@ TEST_F(GoldenTest, OverlayUnderASphere) {
   inputs_.labels = labels;
   inputs_.bodies = bodies;
   expect_golden("overlay");
+}
+
+// Every shape, dull to metal, above a floor and a wall that their shadows fall on; a real edge hides a part.
+TEST_F(GoldenTest, ShapesAndTheirShadows) {
+  inputs_.T_world_depth = test::look_at({0, 0.75, 1.5}, {0, 0.15, 0});
+  const std::array<test::Plane, 2> room = {test::Plane{{0, 1, 0}, 0}, test::Plane{{0, 0, 1}, -0.5}};
+  std::vector<float> depth_m = test::depth_of_planes(drawing_->config.camera, inputs_.T_world_depth, room);
+  for (int v = 70; v < 105; ++v)
+    for (int u = 8; u < 24; ++u) depth_m[static_cast<std::size_t>(v * kWidth + u)] = 0.9F;
+  std::array<Body, 6> bodies;
+  bodies[0] = {Shape::sphere, {200, 60, 50}, {0.1F, 0, 0}, {-0.45, 0.1, 0.25}, {}, 0, 0, 0.25F, 0};
+  bodies[1] = {Shape::box, {190, 150, 90}, {0.08F, 0.08F, 0.08F}, {-0.2, 0.2, -0.1}, Quaternion{0.9, 0.2, 0.4, 0.1}.normalized(), 0, 0, 0.8F, 0};
+  bodies[2] = {Shape::capsule, {70, 160, 90}, {0.06F, 0, 0}, {0.05, 0.12, 0.3}, Quaternion{0.8, 0.2, 0.5, 0.1}.normalized(), 0.1F, 0, 0.4F, 0};
+  bodies[3] = {Shape::cylinder, {220, 215, 210}, {0.07F, 0, 0}, {0.25, 0.13, 0}, Quaternion{0.7071, -0.7071, 0, 0}.normalized(), 0.1F, 0, 0.3F, 1};
+  bodies[4] = {Shape::hull, {80, 120, 210}, {}, {0.45, 0.15, 0.25}, Quaternion{0.95, 0.1, 0.3, 0}.normalized(), 0, 0, 0.35F, 0};
+  bodies[5] = {Shape::sphere, {230, 180, 60}, {0.07F, 0, 0}, {0.1, 0.5, -0.25}, {}, 0, 0, 0.3F, 1};
+  inputs_.bodies = bodies;
+  inputs_.depth_m = depth_m;
+  expect_golden("shapes_and_shadows");
 }
 
 }  // namespace

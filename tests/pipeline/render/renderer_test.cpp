@@ -51,7 +51,7 @@ std::vector<std::uint8_t> plain_video(Rgb8 color) {
   return rgb;
 }
 
-/// Against a black background every drawn pixel is lit: the light's constant part is 0.3 of the colour.
+/// Against a black background every drawn pixel is lit: from below a surface still gets 0.2 of white.
 bool is_drawn(const test::Picture& picture, int u, int v) { return picture.at(u, v).g > 20; }
 
 TEST_F(RendererTest, VideoFillsThePictureUnchangedAndUpright) {
@@ -151,21 +151,44 @@ TEST_F(RendererTest, TurnedBoxShowsItsCornersWhereTheyProject) {
     }
 }
 
-TEST_F(RendererTest, RealDepthCutsASphereAtTheExactColumn) {
+TEST_F(RendererTest, RealEdgeFadesASphereOverTwoColumnsAndLeavesTheRestExact) {
   constexpr int kEdge = 83;
   std::vector<float> depth_m(kWidth * kHeight);
   for (int v = 0; v < kHeight; ++v)
     for (int u = 0; u < kWidth; ++u)
       depth_m[static_cast<std::size_t>(v * kWidth + u)] = u < kEdge ? 0.5F : 3.0F;
+  const auto video = plain_video({255, 0, 0});
   const std::array<Body, 1> bodies = {sphere({0, 0, 1}, 0.2)};
   RenderInputs inputs;
+  inputs.video_rgb = video;
   inputs.bodies = bodies;
   const test::Picture whole = picture(inputs);
   inputs.depth_m = depth_m;
   const test::Picture cut = picture(inputs);
-  for (int v = 0; v < kHeight; ++v)
-    for (int u = 0; u < kWidth; ++u)
-      EXPECT_EQ(cut.at(u, v), u < kEdge ? Rgb8{} : whole.at(u, v)) << u << ' ' << v;
+  for (int v = 0; v < kHeight; ++v) {
+    for (int u = 0; u < kWidth; ++u) {
+      if (u == kEdge - 1 || u == kEdge) continue;
+      EXPECT_EQ(cut.at(u, v), (u < kEdge ? Rgb8{255, 0, 0} : whole.at(u, v))) << u << ' ' << v;
+    }
+    if (std::abs(v - kHeight / 2) > 20) continue;
+    // One of four neighbours is seen before the edge, three behind it.
+    EXPECT_NEAR(cut.at(kEdge - 1, v).g, 0.25 * whole.at(kEdge - 1, v).g, 1.0) << v;
+    EXPECT_NEAR(cut.at(kEdge, v).g, 0.75 * whole.at(kEdge, v).g, 1.0) << v;
+  }
+}
+
+TEST_F(RendererTest, RealSurfacesBehindABodyLeaveNoTraceAtItsEdge) {
+  std::vector<float> depth_m(kWidth * kHeight, 3.0F);
+  for (std::size_t i = 0; i < depth_m.size(); i += 3) depth_m[i] = 1.5F;
+  const auto video = plain_video({120, 110, 100});
+  const std::array<Body, 2> bodies = {sphere({0, 0, 1}, 0.2), box({0.3, 0, 1.2}, {0.05F, 0.1F, 0.05F})};
+  RenderInputs inputs;
+  inputs.video_rgb = video;
+  inputs.bodies = bodies;
+  inputs.has_shadows = false;
+  const test::Picture alone = picture(inputs);
+  inputs.depth_m = depth_m;
+  EXPECT_EQ(picture(inputs).rgb, alone.rgb);
 }
 
 TEST_F(RendererTest, RealDepthRowsRunFromTheTop) {
@@ -177,8 +200,8 @@ TEST_F(RendererTest, RealDepthRowsRunFromTheTop) {
   inputs.bodies = bodies;
   inputs.depth_m = depth_m;
   const test::Picture drawn = picture(inputs);
-  EXPECT_FALSE(is_drawn(drawn, 80, kEdge - 1));
-  EXPECT_TRUE(is_drawn(drawn, 80, kEdge));
+  EXPECT_FALSE(is_drawn(drawn, 80, kEdge - 2));
+  EXPECT_TRUE(is_drawn(drawn, 80, kEdge + 1));
 }
 
 TEST_F(RendererTest, BiasDecidesWhichRealSurfaceHides) {
@@ -370,7 +393,12 @@ TEST_F(RendererTest, BindRefusesWhatItCannotShowWithOneSentence) {
   EXPECT_EQ(refusal([](RenderConfig& c) { c.camera.width = 0; }).code, rt::ExitCode::bad_usage);
   EXPECT_EQ(refusal([](RenderConfig& c) { c.camera.fx = std::nan(""); }).code, rt::ExitCode::bad_usage);
   EXPECT_EQ(refusal([](RenderConfig& c) { c.clip.far_m = c.clip.near_m; }).code, rt::ExitCode::bad_usage);
-  EXPECT_EQ(refusal([](RenderConfig& c) { c.toward_light_world = {}; }).code, rt::ExitCode::bad_usage);
+  static const std::array<Vec3f, 2> kTwoVertices = {Vec3f{0, 0, 1}, Vec3f{1, 0, 0}};
+  static const std::array<std::array<std::uint16_t, 3>, 1> kTriangle = {{{0, 1, 2}}};
+  static const std::array<HullMesh, 1> kHulls = {HullMesh{kTwoVertices, kTriangle}};
+  const rt::Error no_vertex = refusal([](RenderConfig& c) { c.hulls = kHulls; });
+  EXPECT_EQ(no_vertex.code, rt::ExitCode::bad_usage);
+  EXPECT_NE(no_vertex.message.find("hull 0"), std::string::npos);
 }
 
 TEST_F(RendererTest, BindWithoutAContextSaysSo) {
