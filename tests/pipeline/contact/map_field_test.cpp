@@ -5,70 +5,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <random>
 #include <vector>
 
-#include "pipeline/map/map.hpp"
 #include "tests/pipeline/contact/analytic_field.hpp"
+#include "tests/pipeline/contact/filled_map.hpp"
 
 namespace tactus::contact {
 namespace {
-
-/// A Map filled from a distance, as fusing many frames would: known from the truncation band behind the
-/// surface to a little in front, with `sigma_m` of noise left in each voxel.
-class FilledMap {
- public:
-  template <typename Distance>
-  FilledMap(const Distance& distance, const Vec3d& low_m, const Vec3d& high_m, double sigma_m,
-            unsigned seed) {
-    map::MapConfig config;
-    config.blocks_capacity = 6144;
-    bytes_ = map::Map::bytes_needed(config);
-    memory_.reset(static_cast<std::byte*>(::operator new (bytes_, std::align_val_t{64})));
-    map_.bind(rt::Slice(std::span(memory_.get(), bytes_)), config);
-    std::mt19937 random(seed);
-    std::normal_distribution<double> noise(0, sigma_m);
-    const double voxel_m = static_cast<double>(config.voxel_size_m);
-    const double truncation_m = static_cast<double>(config.truncation_m);
-    const auto block_at = [&](double v) {
-      return map::block_of(static_cast<std::int32_t>(std::floor(v / voxel_m)));
-    };
-    map::BlockStaging staging;
-    for (int bz = block_at(low_m.z); bz <= block_at(high_m.z); ++bz)
-      for (int by = block_at(low_m.y); by <= block_at(high_m.y); ++by)
-        for (int bx = block_at(low_m.x); bx <= block_at(high_m.x); ++bx) {
-          bool is_near = false;
-          for (int z = 0; z < map::kBlockSide; ++z)
-            for (int y = 0; y < map::kBlockSide; ++y)
-              for (int x = 0; x < map::kBlockSide; ++x) {
-                const Vec3d p{(bx * 8 + x) * voxel_m, (by * 8 + y) * voxel_m, (bz * 8 + z) * voxel_m};
-                const double d = distance(p);
-                const auto i = static_cast<std::size_t>(map::voxel_index(x, y, z));
-                is_near = is_near || std::abs(d) < truncation_m;
-                const bool seen = d > -truncation_m;
-                const double scaled = std::clamp((d + noise(random)) / truncation_m, -1.0, 1.0) * 32767;
-                staging.tsdf[i] = seen ? static_cast<std::int16_t>(std::lround(scaled)) : map::kTsdfUnknown;
-                staging.weight[i] = seen ? 50 : 0;
-              }
-          std::fill(std::begin(staging.color), std::end(staging.color), map::ColorCell{});
-          if (!is_near) continue;
-          const auto block = map_.find_or_allocate(map::key_of({bx, by, bz}));
-          TACTUS_ASSERT(block != map::kNoBlock);
-          map_.publish(block, staging);
-        }
-  }
-
-  [[nodiscard]] map::Reader reader() const { return map::Reader(map_); }
-
- private:
-  struct Free {
-    void operator()(std::byte* p) const { ::operator delete (p, std::align_val_t{64}); }
-  };
-  std::size_t bytes_ = 0;
-  std::unique_ptr<std::byte, Free> memory_;
-  map::Map map_;
-};
 
 /// A floor at 0.013, a table top of 3 cm at 0.4, and four walls; off the lattice on purpose.
 double room(const Vec3d& p) {
@@ -80,7 +24,7 @@ double room(const Vec3d& p) {
 constexpr Vec3d kLow{-1, -0.1, -1}, kHigh{1, 0.7, 1};
 
 TEST(MapField, BallRestsAtTheSurfaceWithinAFractionOfAVoxel) {
-  const FilledMap map(room, kLow, kHigh, 0, 1);
+  const test::FilledMap map(room, kLow, kHigh, 0, 1);
   const map::Reader reader = map.reader();
   for (const double radius : {0.02, 0.05, 0.12}) {
     test::BoundWorld sut(field_of(reader));
@@ -96,7 +40,7 @@ TEST(MapField, BallRestsAtTheSurfaceWithinAFractionOfAVoxel) {
 }
 
 TEST(MapField, ThrowsAtTableTopAndWallDoNotTunnel) {
-  const FilledMap map(room, kLow, kHigh, 0.001, 2);
+  const test::FilledMap map(room, kLow, kHigh, 0.001, 2);
   const map::Reader reader = map.reader();
   std::mt19937 random(3);
   const auto uniform = [&random](double a, double b) {
@@ -127,7 +71,7 @@ TEST(MapField, ThrowsAtTableTopAndWallDoNotTunnel) {
 }
 
 TEST(MapField, FiftyMixedBodiesOnNoisyVoxelsRestWithoutCreep) {
-  const FilledMap map(room, kLow, kHigh, 0.0007, 4);
+  const test::FilledMap map(room, kLow, kHigh, 0.0007, 4);
   const map::Reader reader = map.reader();
   test::BoundWorld sut(field_of(reader));
   std::mt19937 random(5);
@@ -158,7 +102,7 @@ TEST(MapField, FiftyMixedBodiesOnNoisyVoxelsRestWithoutCreep) {
 }
 
 TEST(MapField, RollingOnRoughVoxelsNeverGainsEnergy) {
-  const FilledMap map(room, kLow, kHigh, 0.0007, 4);
+  const test::FilledMap map(room, kLow, kHigh, 0.0007, 4);
   const map::Reader reader = map.reader();
   for (int i = 0; i < 8; ++i) {
     test::BoundWorld sut(field_of(reader));
@@ -186,7 +130,7 @@ TEST(MapField, RollingOnRoughVoxelsNeverGainsEnergy) {
 }
 
 TEST(MapField, UnlabelledMapAnswersNoMaterial) {
-  const FilledMap map(room, kLow, kHigh, 0, 1);
+  const test::FilledMap map(room, kLow, kHigh, 0, 1);
   const map::Reader reader = map.reader();
   MaterialDistribution materials;
   EXPECT_FALSE(field_of(reader).materials({0.1, 0.416, 0}, materials));
