@@ -176,7 +176,7 @@ void add_eval(CLI::App& root, const PipelineCommands& pipeline, EvalTrajectoryOp
   surface->callback([&] { command = [&s] { return eval_surface(s); }; });
 }
 
-void add_study(CLI::App& root, const PipelineCommands& pipeline, StudyOptions& o, StudyStatsOptions& stats,
+CLI::App* add_study(CLI::App& root, const PipelineCommands& pipeline, StudyOptions& o, StudyStatsOptions& stats,
                Command& command) {
   CLI::App* study = root.add_subcommand("study", "The paper's accuracy study, what explains its figures, and its user study");
   study->require_subcommand(1);
@@ -223,6 +223,26 @@ void add_study(CLI::App& root, const PipelineCommands& pipeline, StudyOptions& o
       "(1 to 10) and viewed_NAME_s (seconds); background_NAME splits the participants into groups; others are left alone.\n"
       "Left out, as in the paper: who has not confirmed, and who watched a clip for less than 10 s.");
   app->callback([&command, &stats, run = pipeline.study_stats] { command = [&stats, run] { return run(stats); }; });
+  return study;
+}
+
+void add_study_form(CLI::App& study, const PipelineCommands& pipeline, StudyFormOptions& o, Command& command) {
+  CLI::App* app = study.add_subcommand("form", "Write the user study's questionnaire: one web page that sends nothing anywhere");
+  app->add_option("--clips", o.clips, "Folder of clips to be rated, one for each condition: NAME.mp4")
+      ->required()
+      ->type_name("DIR");
+  app->add_option("--out", o.out, "The page")->required()->type_name("FILE.html");
+  app->add_option("--title", o.title, "Its heading")->type_name("TEXT")->capture_default_str();
+  app->add_option("--min-view-s", o.min_view_s,
+                  "A clip can be rated once it has played for so long; `study stats` wants 10 s")
+      ->type_name("SECONDS")
+      ->check(CLI::Range(0.0, 3600.0))
+      ->capture_default_str();
+  app->add_flag("--embed", o.is_embedded, "Put the clips into the page; else it plays the files where they are");
+  app->footer(
+      "Each participant gets a random number and with it one of the balanced orders of the clips (Williams 1949). The page\n"
+      "works from a disk and keeps the answers of all who use it; its CSV is what `tactus study stats` reads.");
+  app->callback([&command, &o, run = pipeline.study_form] { command = [&o, run] { return run(o); }; });
 }
 
 void add_convert(CLI::App& root, ConvertOptions& o, Command& command) {
@@ -317,6 +337,7 @@ int run_command_line(int argc, const char* const* argv, const PipelineCommands& 
   EvalLabelsOptions labels_options;
   StudyOptions study_options;
   StudyStatsOptions study_stats_options;
+  StudyFormOptions study_form_options;
   ConvertOptions convert_options;
   InfoOptions info_options;
   QueryOptions query_options;
@@ -327,7 +348,10 @@ int run_command_line(int argc, const char* const* argv, const PipelineCommands& 
   if (pipeline.run) add_run(root, pipeline, run_options, command);
   add_eval(root, pipeline, trajectory_options, surface_options, labels_options, command);
   study_options.command = run_options.command;
-  if (pipeline.study_accuracy) add_study(root, pipeline, study_options, study_stats_options, command);
+  if (pipeline.study_accuracy) {
+    CLI::App* study = add_study(root, pipeline, study_options, study_stats_options, command);
+    if (pipeline.study_form) add_study_form(*study, pipeline, study_form_options, command);
+  }
   add_convert(root, convert_options, command);
   add_info(root, info_options, command);
   if (pipeline.query) add_query(root, pipeline, query_options, command);

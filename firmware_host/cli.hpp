@@ -18,6 +18,7 @@ struct PipelineCommands {
   /// All four or none.
   std::function<rt::Result<std::string>(const StudyOptions&)> study_accuracy, study_errors, study_keyframes;
   std::function<rt::Result<std::string>(const StudyStatsOptions&)> study_stats;
+  std::function<rt::Result<std::string>(const StudyFormOptions&)> study_form;
   std::function<rt::Result<std::string>(const QueryOptions&)> query;
   std::function<rt::Result<std::string>(const PlanOptions&)> plan;
   std::function<rt::Result<std::string>(const WiringOptions&)> wiring;

@@ -17,6 +17,7 @@ int main(int argc, char** argv) {
   pipeline.study_errors = tactus::firmware::study_errors;
   pipeline.study_keyframes = tactus::firmware::study_keyframes;
   pipeline.study_stats = tactus::firmware::study_stats;
+  pipeline.study_form = tactus::firmware::study_form;
   pipeline.query = tactus::firmware::query;
   pipeline.plan = tactus::firmware::plan;
   pipeline.wiring = tactus::firmware::wiring;

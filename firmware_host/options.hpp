@@ -88,6 +88,15 @@ struct StudyStatsOptions {
   bool is_json = false;
 };
 
+/// `tactus study form`.
+struct StudyFormOptions {
+  std::filesystem::path clips;  // folder of *.mp4, one per condition
+  std::filesystem::path out;    // .html
+  std::string title = "Virtual things in a real room";
+  double min_view_s = 10;    // a clip can be rated once it has played for so long
+  bool is_embedded = false;  // the clips are in the page
+};
+
 /// `tactus convert`.
 struct ConvertOptions {
   std::string source;

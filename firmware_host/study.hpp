@@ -21,4 +21,7 @@ rt::Result<std::string> study_keyframes(const StudyOptions& options);
 /// What the answers to the user study say, with the paper's tests (section V-B); nothing about a room.
 rt::Result<std::string> study_stats(const StudyStatsOptions& options);
 
+/// Writes the study's questionnaire as a web page around the clips of a folder; firmware_host/study_form.hpp.
+rt::Result<std::string> study_form(const StudyFormOptions& options);
+
 }  // namespace tactus::firmware

@@ -10,8 +10,7 @@
 #include <string>
 
 #include "firmware_host/ratings_file.hpp"
-#include "firmware_host/study.hpp"
-#include "tests/support/command_line.hpp"
+#include "tests/firmware_host/study_commands.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tactus::firmware {
@@ -21,15 +20,9 @@ const std::string kHeader =
     "participant,confirmed,rating_none,viewed_none_s,rating_semantic,viewed_semantic_s,background_fps,feedback\n";
 
 test::Outcome stats(const std::filesystem::path& file, const std::vector<std::string>& more = {}) {
-  PipelineCommands commands;
-  // The other studies are never called; the command line wants all or none.
-  commands.study_accuracy = study_accuracy;
-  commands.study_errors = study_errors;
-  commands.study_keyframes = study_keyframes;
-  commands.study_stats = study_stats;
-  std::vector<std::string> words = {"study", "stats", file.string()};
+  std::vector<std::string> words = {"stats", file.string()};
   words.insert(words.end(), more.begin(), more.end());
-  return test::call_tactus(words, commands);
+  return test::call_study(words);
 }
 
 std::filesystem::path write(const test::TemporaryFolder& folder, const std::string& text) {
