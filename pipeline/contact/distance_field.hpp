@@ -7,9 +7,9 @@
 
 namespace tactus::contact {
 
-/// A signed distance field, seen through two functions and their context: the live map (map_field.hpp) or an
-/// analytic scene in a test. Non-owning and cheap to copy; the context must outlive every user. The functions
-/// run in the step phase: no heap, no lock, bounded; they may be called from one thread at a time.
+/// A signed distance field, seen through three functions and their context: the live map (map_field.hpp) or
+/// an analytic scene in a test. Non-owning and cheap to copy; the context must outlive every user. The
+/// functions run in the step phase: no heap, no lock, bounded; they may be called from one thread at a time.
 struct DistanceField {
   /// False where the place was never observed. Otherwise metres to the surface, positive in front, saturated
   /// at
@@ -17,16 +17,32 @@ struct DistanceField {
   /// projective, that is, longer than the true one by 1/cos of the viewing angle; its zero level set is
   /// exact.
   using Sample = bool (*)(const void* context, const Vec3f& p_world_m, map::DistanceSample& out) noexcept;
+  /// The same distance without its gradient, for less; null: asks for both.
+  using Distance = bool (*)(const void* context, const Vec3f& p_world_m, float& distance_m) noexcept;
   /// Posterior of the surface nearest to p; false when nothing has labelled it.
   using Materials = bool (*)(const void* context, const Vec3f& p_world_m, MaterialDistribution& out) noexcept;
 
   const void* context = nullptr;
   Sample sample_fn = nullptr;
+  Distance distance_fn = nullptr;
   Materials materials_fn = nullptr;
   float truncation_m = 0.04F;
 
   [[nodiscard]] bool sample(const Vec3d& p_world_m, map::DistanceSample& out) const noexcept {
     return sample_fn(context, p_world_m.cast<float>(), out);
+  }
+  [[nodiscard]] bool distance(const Vec3d& p_world_m, double& distance_m) const noexcept {
+    float answer_m = 0;
+    map::DistanceSample both;
+    bool known = false;
+    if (distance_fn != nullptr) {
+      known = distance_fn(context, p_world_m.cast<float>(), answer_m);
+    } else {
+      known = sample(p_world_m, both);
+      answer_m = both.distance_m;
+    }
+    distance_m = static_cast<double>(answer_m);
+    return known;
   }
   [[nodiscard]] bool materials(const Vec3d& p_world_m, MaterialDistribution& out) const noexcept {
     return materials_fn(context, p_world_m.cast<float>(), out);

@@ -22,7 +22,7 @@ namespace tactus::contact {
 /// a resting body keeps its contacts from step to step instead of losing them to rounding. 0.5 mm is a
 /// twentieth of a voxel.
 inline constexpr double kContactMarginM = 0.0005;
-inline constexpr int kFieldContactsMax = 12;  // a box: 3 faces of a corner, 4 points each
+inline constexpr int kFieldContactsMax = 8;  // a box in a corner: 4 on the floor, 2 on each wall
 
 struct FieldContact {
   Vec3d position_world_m;  // on the shape's surface
@@ -30,25 +30,25 @@ struct FieldContact {
   double depth_m = 0;      // >= 0, counted from kContactMarginM in front of the surface
 };
 
-/// Contacts of a sphere: one per distinct surface direction (floor, wall, corner), at most 4. Up to 26 seed
-/// directions are sampled and the lowest of each neighbourhood descends to the deepest point of the sphere
-/// (fixed point direction = -gradient, bracketed on sharp bumps). Radius up to about 8 truncation
-/// distances. Step phase; wait-free.
-int sphere_contacts(const DistanceField& field, const Vec3d& center_world_m, double radius_m,
-                    std::span<FieldContact, kFieldContactsMax> out) noexcept;
-
-/// Points of a box that moves faster than this gather contacts from kImpactMarginM: on a rough surface a flat
-/// impact is taken by the whole face, not by the corner that is first by a hair, which would turn its speed
-/// into spin.
+/// Anything but a sphere that moves faster than this gathers contacts from kImpactMarginM: on a rough surface
+/// a flat impact is taken by the whole face, not by the corner that is first by a hair, which would turn its
+/// speed into spin.
 inline constexpr double kImpactSpeed = 0.5;
 inline constexpr double kImpactMarginM = 0.002;
 
-/// Contacts of a box: points of a lattice on its surface no wider than the truncation distance (at most 5
-/// along an edge) that are closer than `margin_m`, grouped by normal, each group reduced to at most 4 spread
-/// far apart. Step phase; wait-free.
-int box_contacts(const DistanceField& field, const Vec3d& center_world_m, const Rotation& R_world_body,
-                 const Vec3d& half_extents_m, double margin_m,
-                 std::span<FieldContact, kFieldContactsMax> out) noexcept;
+/// Contacts of a shape; the number of them. `up_world` (any length, may be zero) tells the face that carries
+/// the shape from those that only hold it. Step phase; wait-free.
+///
+/// Sphere: one per distinct surface direction (floor, wall, corner), at most 4. Up to 26 seed directions are
+/// sampled and the lowest of each neighbourhood descends to the deepest point of the sphere (fixed point
+/// direction = -gradient, bracketed on sharp bumps). Radius up to about 8 truncation distances.
+///
+/// Others: points of the surface no wider apart than the truncation distance (surface_points.hpp), on round
+/// parts turned to the deepest point beside them, that are closer than `margin_m`; grouped by normal, each
+/// group reduced to at most 4 spread far apart. None unless one is closer than kContactMarginM.
+int field_contacts(const DistanceField& field, const Shape& shape, const Vec3d& center_world_m,
+                   const Rotation& R_world_body, double margin_m, const Vec3d& up_world,
+                   std::span<FieldContact, kFieldContactsMax> out) noexcept;
 
 /// Conservative advancement (Mirtich 1996): the fraction of `displacement` that the shape can travel until it
 /// first touches a surface that it moves towards at more than 12 degrees; 1 when it can travel all of it.

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "pipeline/contact/field_contacts.hpp"
+#include "pipeline/contact/pair_contacts.hpp"
 #include "rt/assert.hpp"
 
 namespace tactus::contact {
@@ -20,40 +21,30 @@ int collide(dGeomID field_geom, dGeomID body_geom, int flags, dContactGeom* out,
   const DistanceField& field = field_of_geom(field_geom);
   const dReal* p = dGeomGetPosition(body_geom);
   const Vec3d center{p[0], p[1], p[2]};
-  int count = 0;
-  if (dGeomGetClass(body_geom) == dSphereClass) {
-    count = sphere_contacts(field, center, dGeomSphereGetRadius(body_geom), contacts);
-  } else {
-    const dReal* r = dGeomGetRotation(body_geom);  // 3 rows of 4
-    const Rotation R_world_body{{r[0], r[1], r[2], r[4], r[5], r[6], r[8], r[9], r[10]}};
-    dVector3 lengths;
-    dGeomBoxGetLengths(body_geom, lengths);
-    const dReal* v = dBodyGetLinearVel(dGeomGetBody(body_geom));
-    const bool is_fast = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] > kImpactSpeed * kImpactSpeed;
-    count = box_contacts(field, center, R_world_body, {lengths[0] / 2, lengths[1] / 2, lengths[2] / 2},
-                         is_fast ? kImpactMarginM : kContactMarginM, contacts);
-  }
+  const dBodyID body = dGeomGetBody(body_geom);
+  const dReal* r = dGeomGetRotation(body_geom);  // 3 rows of 4
+  const Rotation R_world_body{{r[0], r[1], r[2], r[4], r[5], r[6], r[8], r[9], r[10]}};
+  const dReal* v = dBodyGetLinearVel(body);
+  const bool is_fast = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] > kImpactSpeed * kImpactSpeed;
+  dVector3 gravity;
+  dWorldGetGravity(dBodyGetWorld(body), gravity);
+  int count = field_contacts(field, *static_cast<const Shape*>(dGeomGetData(body_geom)), center, R_world_body,
+                             is_fast ? kImpactMarginM : kContactMarginM,
+                             {-gravity[0], -gravity[1], -gravity[2]}, contacts);
   const int room = flags & 0xffff;
   if (count > room) count = room;
   for (int i = 0; i < count; ++i) {
-    const FieldContact& c = contacts[static_cast<std::size_t>(i)];
-    auto* g = reinterpret_cast<dContactGeom*>(reinterpret_cast<char*>(out) + i * skip);
-    g->pos[0] = c.position_world_m.x;
-    g->pos[1] = c.position_world_m.y;
-    g->pos[2] = c.position_world_m.z;
-    g->normal[0] = -c.normal_world.x;
-    g->normal[1] = -c.normal_world.y;
-    g->normal[2] = -c.normal_world.z;
-    g->depth = c.depth_m;
-    g->g1 = field_geom;
-    g->g2 = body_geom;
-    g->side1 = g->side2 = -1;
+    *reinterpret_cast<dContactGeom*>(reinterpret_cast<char*>(out) + i * skip) =
+        ode_contact(contacts[static_cast<std::size_t>(i)], -1, field_geom, body_geom);
   }
   return count;
 }
 
 dColliderFn* collider_for(int other_class) {
-  return other_class == dSphereClass || other_class == dBoxClass ? collide : nullptr;
+  const bool has_shape = other_class == dSphereClass || other_class == dBoxClass ||
+                         other_class == dCapsuleClass || other_class == dCylinderClass ||
+                         other_class == dConvexClass;
+  return has_shape ? collide : nullptr;
 }
 
 void everywhere(dGeomID, dReal aabb[6]) {

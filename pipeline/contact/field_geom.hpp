@@ -1,4 +1,4 @@
-// The distance field as an ODE geom: one static geom that spheres and boxes collide with.
+// The distance field as an ODE geom: one static geom that bodies collide with.
 #pragma once
 
 #include <ode/ode.h>
@@ -7,8 +7,9 @@
 
 namespace tactus::contact {
 
-/// Creates the geom class and one geom of it in `space`. The field's context must outlive the geom. Boot,
-/// once per start_ode(); the geom's collider (field_contacts.hpp) runs inside dCollide in the step phase.
+/// Creates the geom class and one geom of it in `space`. The field's context must outlive the geom. Geoms
+/// that meet it carry their Shape as geom data (dGeomSetData). Boot, once per start_ode(); the geom's
+/// collider (field_contacts.hpp) runs inside dCollide in the step phase.
 dGeomID create_field_geom(dSpaceID space, const DistanceField& field);
 
 }  // namespace tactus::contact

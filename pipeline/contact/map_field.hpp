@@ -13,6 +13,9 @@ inline DistanceField field_of(const map::Reader& reader) {
   field.sample_fn = [](const void* context, const Vec3f& p, map::DistanceSample& out) noexcept {
     return static_cast<const map::Reader*>(context)->sample(p, out);
   };
+  field.distance_fn = [](const void* context, const Vec3f& p, float& distance_m) noexcept {
+    return static_cast<const map::Reader*>(context)->distance(p, distance_m);
+  };
   field.materials_fn = [](const void* context, const Vec3f& p, MaterialDistribution& out) noexcept {
     map::SurfacePoint surface;
     if (!static_cast<const map::Reader*>(context)->nearest_surface(p, surface)) return false;

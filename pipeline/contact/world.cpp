@@ -8,8 +8,10 @@
 #include <cstring>
 #include <string>
 
+#include "pipeline/contact/body_geom.hpp"
 #include "pipeline/contact/field_contacts.hpp"
 #include "pipeline/contact/field_geom.hpp"
+#include "pipeline/contact/pair_contacts.hpp"
 
 namespace tactus::contact {
 namespace {
@@ -26,15 +28,16 @@ constexpr double kSweepLeastM = 0.002;
 constexpr double kCalmSpeed = 0.02;       // of any point of the body
 constexpr std::uint16_t kCalmSteps = 30;  // a quarter of a second
 constexpr double kWorldRadiusM = 50;
-constexpr int kPairContactsMax = 12;
+constexpr int kPairContactsMax = 8;
 static_assert(kFieldContactsMax <= kPairContactsMax);
 
-// What ODE 0.16.2 (double) takes on x86-64, by counting its calls: a body and its geom 944 bytes; contact
+// What ODE 0.16.2 (double) takes on x86-64, by counting its calls: a body and its geom 944 bytes, its spare
+// hull geom 384; contact
 // joints 416 bytes from blocks of 16 KiB; solving one island 2184 bytes a contact point with 6 rows, its
 // share of bodies included; the list of islands 12 bytes a joint and body. bind() proves the sum by running
 // the worst case.
 constexpr std::size_t kOdeBaseBytes = 64 * 1024;
-constexpr std::size_t kOdeBodyBytes = 1024;
+constexpr std::size_t kOdeBodyBytes = 1024 + 512;
 constexpr std::size_t kOdeJointBytes = 448;
 constexpr std::size_t kOdeJointBlockBytes = 16 * 1024;
 constexpr std::size_t kWorkBodyBytes = 512;
@@ -84,12 +87,6 @@ Quaternion quaternion_of(dBodyID body) {
 
 bool is_finite(const Vec3d& v) { return std::isfinite(v.x + v.y + v.z); }
 
-bool is_usable(const Shape& shape) {
-  if (shape.kind == ShapeKind::sphere) return shape.radius_m > 1e-4 && shape.radius_m < 10;
-  const Vec3d& h = shape.half_extents_m;
-  return std::min({h.x, h.y, h.z}) > 1e-4 && std::max({h.x, h.y, h.z}) < 10;
-}
-
 std::uint16_t slot_of(dBodyID body, std::uint16_t none) {
   if (body == nullptr) return none;
   return static_cast<std::uint16_t>(reinterpret_cast<std::uintptr_t>(dBodyGetData(body)));
@@ -100,7 +97,13 @@ Vec3d velocity_at(dBodyID body, const Vec3d& p) {
   return vec(dBodyGetLinearVel(body)) + vec(dBodyGetAngularVel(body)).cross(p - vec(dBodyGetPosition(body)));
 }
 
+/// Categories of geoms: debris meets bodies and the field, not other debris.
+constexpr unsigned long kFieldBits = 1, kBodyBits = 2, kDebrisBits = 4;
+
 bool boxes_meet(dGeomID a, dGeomID b) {
+  if ((dGeomGetCollideBits(a) & dGeomGetCategoryBits(b)) == 0 &&
+      (dGeomGetCollideBits(b) & dGeomGetCategoryBits(a)) == 0)
+    return false;
   dReal p[6], q[6];
   dGeomGetAABB(a, p);
   dGeomGetAABB(b, q);
@@ -175,7 +178,8 @@ std::size_t World::bytes_needed(const WorldConfig& config) {
   return rt::bytes_of<Slot>(config.bodies_capacity) + rt::bytes_of<BodyState>(config.bodies_capacity) +
          rt::bytes_of<dJointFeedback>(config.contacts_capacity) +
          rt::bytes_of<Vec3d>(config.contacts_capacity) + rt::bytes_of<Manifold>(config.contacts_capacity) +
-         rt::bytes_of<std::uint16_t>(config.bodies_capacity) + rt::bytes_of<std::byte>(pool_bytes(config));
+         rt::bytes_of<std::uint16_t>(config.bodies_capacity) + rt::bytes_of<dxGeom*>(config.bodies_capacity) +
+         rt::bytes_of<std::byte>(pool_bytes(config));
 }
 
 rt::Result<void> World::bind(rt::Slice slice, const WorldConfig& config, const DistanceField& field,
@@ -204,6 +208,7 @@ rt::Result<void> World::bind(rt::Slice slice, const WorldConfig& config, const D
   feedback_normals_ = slice.take<Vec3d>(config.contacts_capacity);
   manifolds_ = slice.take<Manifold>(config.contacts_capacity);
   work_list_ = slice.take<std::uint16_t>(config.bodies_capacity);
+  spare_hull_geoms_ = slice.take<dxGeom*>(config.bodies_capacity);
   pool_ = OdePool(slice, pool_bytes(config));
 
   start_ode(pool_);
@@ -239,10 +244,12 @@ rt::Result<void> World::bind(rt::Slice slice, const WorldConfig& config, const D
     return rt::Error{rt::ExitCode::failed,
                      "contact: ODE refused the step memory manager; is libode 0.16 installed?"};
 
+  for (dxGeom*& geom : spare_hull_geoms_) geom = create_spare_hull_geom();
   if (!prove_plan())
     return rt::Error{rt::ExitCode::failed,
                      "contact: ODE needs more work memory than planned for this many bodies and contacts"};
   field_geom_ = create_field_geom(space_, field);
+  dGeomSetCategoryBits(field_geom_, kFieldBits);
   return {};
 }
 
@@ -251,6 +258,8 @@ World::~World() {
   dJointGroupDestroy(joints_);
   for (Slot& slot : slots_)
     if (slot.body != nullptr) destroy(slot);
+  for (dxGeom* geom : spare_hull_geoms_)
+    if (geom != nullptr) dGeomDestroy(geom);
   if (field_geom_ != nullptr) dGeomDestroy(field_geom_);
   dSpaceDestroy(space_);
   dWorldDestroy(world_);
@@ -263,7 +272,7 @@ bool World::prove_plan() noexcept {
   for (std::size_t i = 0; i < slots_.size(); ++i) {
     BodySpec spec;
     spec.position_world_m = {0.2 * static_cast<double>(i % 64), 0.2 * static_cast<double>(i / 64), 0};
-    if (i % 2 == 1) spec.shape = Shape::box({0.05, 0.05, 0.05});
+    if (i % 2 == 1) spec.shape = Shape::cylinder(0.05, 0.05);
     BodyId id;
     if (spawn(spec, id) != rt::Status::ok) return false;
   }
@@ -322,15 +331,10 @@ rt::Status World::spawn(const BodySpec& spec, BodyId& id) noexcept {
   slot.mass_kg = spec.mass_kg > 0 ? spec.mass_kg : volume_m3(spec.shape) * slot.properties.density_kg_per_m3;
 
   slot.body = dBodyCreate(world_);
-  dMass mass;
-  if (spec.shape.kind == ShapeKind::sphere) {
-    slot.geom = dCreateSphere(space_, spec.shape.radius_m);
-    dMassSetSphereTotal(&mass, slot.mass_kg, spec.shape.radius_m);
-  } else {
-    const Vec3d edges = spec.shape.half_extents_m * 2;
-    slot.geom = dCreateBox(space_, edges.x, edges.y, edges.z);
-    dMassSetBoxTotal(&mass, slot.mass_kg, edges.x, edges.y, edges.z);
-  }
+  slot.geom = create_body_geom(space_, slot.shape, spare_hull_geoms_[index]);
+  dGeomSetCategoryBits(slot.geom, spec.is_debris ? kDebrisBits : kBodyBits);
+  dGeomSetCollideBits(slot.geom, spec.is_debris ? kFieldBits | kBodyBits : ~0UL);
+  const dMass mass = mass_of(slot.shape, slot.mass_kg);
   dBodySetMass(slot.body, &mass);
   dGeomSetBody(slot.geom, slot.body);
   dBodySetData(slot.body, reinterpret_cast<void*>(static_cast<std::uintptr_t>(index)));
@@ -352,7 +356,7 @@ rt::Status World::spawn(const BodySpec& spec, BodyId& id) noexcept {
 }
 
 void World::destroy(Slot& slot) noexcept {
-  dGeomDestroy(slot.geom);
+  release_body_geom(slot.geom);
   dBodyDestroy(slot.body);
   slot.geom = nullptr;
   slot.body = nullptr;
@@ -410,7 +414,7 @@ void World::collide_pair(dxGeom* a, dxGeom* b) noexcept {
   if (!is_awake(body_a) && !is_awake(body_b)) return;
 
   std::array<dContact, kPairContactsMax> contacts;
-  const int found = dCollide(a, b, kPairContactsMax, &contacts[0].geom, sizeof(dContact));
+  const int found = pair_contacts(a, b, contacts);
   if (found <= 0) return;
   std::size_t count = static_cast<std::size_t>(found);
   if (contacts_count_ + count > config_.contacts_capacity) {
@@ -457,7 +461,8 @@ void World::collide_pair(dxGeom* a, dxGeom* b) noexcept {
   const double mass_kg =
       other == nullptr ? slot.mass_kg : std::min(slot.mass_kg, slots_[manifold.other].mass_kg);
   const Vec3d travel = vec(dBodyGetLinearVel(body));
-  const double rolling_radius_m = slot.shape.kind == ShapeKind::sphere ? slot.shape.radius_m : 0;
+  const dReal* r = dBodyGetRotation(body);
+  const Vec3d axis{r[2], r[6], r[10]};
 
   std::array<dJointID, kPairContactsMax> joints;
   for (std::size_t i = 0; i < count; ++i) {
@@ -472,7 +477,7 @@ void World::collide_pair(dxGeom* a, dxGeom* b) noexcept {
                  .gravity = config_.gravity_world_m_per_s2,
                  .mass_kg = mass_kg,
                  .points_count = static_cast<int>(count),
-                 .rolling_radius_m = rolling_radius_m});
+                 .rolling_radius_m = rolling_radius_m(slot.shape, axis, normal)});
     const double approach = -relative.dot(normal);
     manifold.impact_speed = std::max(manifold.impact_speed, approach);
     if (i == 0 || approach < manifold.least_speed) manifold.least_speed = approach;
@@ -542,7 +547,15 @@ void World::emit_events(ContactSink& sink) noexcept {
     event.material = m.material;
     event.body_material = slot.material;
     sink.push(event);
-    if (m.other == kNoSlot && m.least_speed > kBounceSpeed) fly_on_after_bounce(slot, m.normal_world);
+    if (m.least_speed <= kBounceSpeed) continue;
+    if (m.other == kNoSlot) {
+      fly_on_after_bounce(slot, m.normal_world);
+      continue;
+    }
+    // A body that lies on a real surface passes the other's missing gravity on to it.
+    const Slot& other = slots_[m.other];
+    if (other.on_field && !slot.on_field) fly_on_after_bounce(slot, m.normal_world);
+    if (slot.on_field && !other.on_field) fly_on_after_bounce(other, -m.normal_world);
   }
 }
 
@@ -578,8 +591,7 @@ void World::settle_body(Slot& slot) noexcept {
   }
   sweep(slot, free_flight);
 
-  const double size_m =
-      slot.shape.kind == ShapeKind::sphere ? slot.shape.radius_m : slot.shape.half_extents_m.norm();
+  const double size_m = reach_m(slot.shape);
   const bool calm = slot.touching && velocity.dot(velocity) < kCalmSpeed * kCalmSpeed &&
                     spin.dot(spin) * size_m * size_m < kCalmSpeed * kCalmSpeed;
   slot.calm_steps =
@@ -671,10 +683,8 @@ void World::check_one_sleeper() noexcept {
   if (slot.body == nullptr || is_awake(slot.body) || !slot.on_field) return;
   std::array<FieldContact, kFieldContactsMax> contacts;
   const Vec3d center = vec(dBodyGetPosition(slot.body));
-  const int touches = slot.shape.kind == ShapeKind::sphere
-                          ? sphere_contacts(field_, center, slot.shape.radius_m, contacts)
-                          : box_contacts(field_, center, Rotation::from(quaternion_of(slot.body)),
-                                         slot.shape.half_extents_m, kContactMarginM, contacts);
+  const int touches = field_contacts(field_, slot.shape, center, Rotation::from(quaternion_of(slot.body)),
+                                     kContactMarginM, {}, contacts);
   if (touches > 0) return;
   dBodyEnable(slot.body);
   slot.calm_steps = 0;

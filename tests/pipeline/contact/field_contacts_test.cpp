@@ -14,6 +14,10 @@ namespace {
 using test::AnalyticField;
 using Contacts = std::array<FieldContact, kFieldContactsMax>;
 
+int contacts_of(const DistanceField& field, const Shape& shape, const Vec3d& center, Contacts& contacts) {
+  return field_contacts(field, shape, center, {}, kContactMarginM, {0, 1, 0}, contacts);
+}
+
 Vec3d random_direction(std::mt19937& random) {
   std::normal_distribution<double> n;
   return Vec3d{n(random), n(random), n(random)}.normalized();
@@ -29,7 +33,7 @@ TEST(SphereContacts, PlaneInAnyDirectionGivesOneExactContact) {
     const double radius = 0.01 + 0.29 * (i / 500.0);
     const double depth = std::min(0.003, 0.1 * radius);
     Contacts contacts;
-    ASSERT_EQ(sphere_contacts(scene.field(), normal * (radius - depth), radius, contacts), 1)
+    ASSERT_EQ(contacts_of(scene.field(), Shape::sphere(radius), normal * (radius - depth), contacts), 1)
         << "radius " << radius;
     EXPECT_GT(contacts[0].normal_world.dot(normal), 0.9999);
     EXPECT_NEAR(contacts[0].depth_m, depth + kContactMarginM, 2e-5);
@@ -40,7 +44,7 @@ TEST(SphereContacts, PlaneInAnyDirectionGivesOneExactContact) {
 TEST(SphereContacts, CornerOfThreeWallsGivesThree) {
   AnalyticField scene([](const Vec3d& p) { return std::min({p.x, p.y, p.z}); });
   Contacts contacts;
-  ASSERT_EQ(sphere_contacts(scene.field(), {0.049, 0.049, 0.049}, 0.05, contacts), 3);
+  ASSERT_EQ(contacts_of(scene.field(), Shape::sphere(0.05), {0.049, 0.049, 0.049}, contacts), 3);
   for (int i = 0; i < 3; ++i)
     EXPECT_NEAR(contacts[static_cast<std::size_t>(i)].depth_m, 0.001 + kContactMarginM, 1e-5);
 }
@@ -54,7 +58,7 @@ TEST(SphereContacts, BumpSharperThanTheSphereIsFound) {
   for (int i = 0; i < 200; ++i) {
     const Vec3d direction = random_direction(random);
     Contacts contacts;
-    ASSERT_EQ(sphere_contacts(scene.field(), direction * 0.108, 0.08, contacts), 1);
+    ASSERT_EQ(contacts_of(scene.field(), Shape::sphere(0.08), direction * 0.108, contacts), 1);
     EXPECT_NEAR(contacts[0].depth_m, 0.002 + kContactMarginM, 4e-4);
     EXPECT_GT(contacts[0].normal_world.dot(direction), 0.98);
   }
@@ -63,18 +67,18 @@ TEST(SphereContacts, BumpSharperThanTheSphereIsFound) {
 TEST(SphereContacts, ApartOrUnseenOrBehindGivesNone) {
   auto scene = test::floor_scene();
   Contacts contacts;
-  EXPECT_EQ(sphere_contacts(scene.field(), {0, 0.06, 0}, 0.05, contacts), 0);
-  EXPECT_EQ(sphere_contacts(scene.field(), {0, -0.02, 0}, 0.05, contacts), 0) << "centre behind the surface";
-  EXPECT_EQ(sphere_contacts(scene.field(), {0, -0.08, 0}, 0.05, contacts), 0) << "wholly behind the surface";
+  EXPECT_EQ(contacts_of(scene.field(), Shape::sphere(0.05), {0, 0.06, 0}, contacts), 0);
+  EXPECT_EQ(contacts_of(scene.field(), Shape::sphere(0.05), {0, -0.02, 0}, contacts), 0) << "centre behind the surface";
+  EXPECT_EQ(contacts_of(scene.field(), Shape::sphere(0.05), {0, -0.08, 0}, contacts), 0) << "wholly behind the surface";
   scene.set_seen([](const Vec3d&) { return false; });
-  EXPECT_EQ(sphere_contacts(scene.field(), {0, 0.045, 0}, 0.05, contacts), 0);
+  EXPECT_EQ(contacts_of(scene.field(), Shape::sphere(0.05), {0, 0.045, 0}, contacts), 0);
 }
 
 TEST(BoxContacts, FlatBoxTouchesWithItsFourCorners) {
   auto scene = test::floor_scene();
   Contacts contacts;
   const Vec3d half{0.15, 0.05, 0.1};
-  ASSERT_EQ(box_contacts(scene.field(), {0, 0.0499, 0}, {}, half, kContactMarginM, contacts), 4);
+  ASSERT_EQ(contacts_of(scene.field(), Shape::box(half), {0, 0.0499, 0}, contacts), 4);
   for (std::size_t i = 0; i < 4; ++i) {
     EXPECT_NEAR(std::abs(contacts[i].position_world_m.x), 0.15, 1e-9);
     EXPECT_NEAR(std::abs(contacts[i].position_world_m.z), 0.1, 1e-9);
@@ -89,7 +93,7 @@ TEST(BoxContacts, FloorAndWallBothHold) {
   AnalyticField scene([](const Vec3d& p) { return std::min(p.x, p.y); });
   Contacts contacts;
   const int count =
-      box_contacts(scene.field(), {0.0999, 0.0499, 0}, {}, {0.1, 0.05, 0.1}, kContactMarginM, contacts);
+      contacts_of(scene.field(), Shape::box({0.1, 0.05, 0.1}), {0.0999, 0.0499, 0}, contacts);
   int floor = 0, wall = 0;
   for (int i = 0; i < count; ++i) {
     const Vec3d n = contacts[static_cast<std::size_t>(i)].normal_world;
@@ -105,7 +109,7 @@ TEST(BoxContacts, ThinBoxDoesNotTouchWithItsTop) {
   Contacts contacts;
   // A board of 1 cm whose underside is 4 mm deep: top and bottom corners are both in the band.
   const int count =
-      box_contacts(scene.field(), {0, 0.001, 0}, {}, {0.1, 0.005, 0.1}, kContactMarginM, contacts);
+      contacts_of(scene.field(), Shape::box({0.1, 0.005, 0.1}), {0, 0.001, 0}, contacts);
   ASSERT_EQ(count, 4);
   for (std::size_t i = 0; i < 4; ++i) EXPECT_LT(contacts[i].position_world_m.y, 0);
 }

@@ -6,6 +6,7 @@
 
 #include "rt/heap_guard.hpp"
 #include "tests/pipeline/contact/analytic_field.hpp"
+#include "tests/pipeline/contact/test_shapes.hpp"
 
 namespace tactus::contact {
 namespace {
@@ -16,6 +17,10 @@ TEST(WorldHeap, FiftyBodiesStepSpawnAndLeaveWithoutAHeapCall) {
   auto sut = std::make_unique<test::BoundWorld>(scene.field());
   std::vector<BodyId> ids;
   ids.reserve(64);
+  // A heap in which every pair of shapes meets.
+  std::vector<Shape> shapes;
+  for (const test::Lying& lying : test::lying_shapes()) shapes.push_back(lying.shape);
+  shapes.push_back(Shape::convex(test::pebble_hull()));
 
   const std::uint64_t before = rt::heap_guard::thread_calls();
   rt::heap_guard::seal();
@@ -25,8 +30,9 @@ TEST(WorldHeap, FiftyBodiesStepSpawnAndLeaveWithoutAHeapCall) {
     ids.clear();
     for (int i = 0; i < 50; ++i) {
       BodySpec spec;
-      spec.shape = i % 2 == 0 ? Shape::sphere(0.06) : Shape::box({0.05, 0.06, 0.07});
-      spec.position_world_m = {0.15 * (i % 7), 0.1 + 0.15 * (i / 7), 0.02 * (i % 3)};
+      spec.shape = shapes[static_cast<std::size_t>(i + round) % shapes.size()];
+      spec.position_world_m = {0.06 * (i % 7), 0.1 + 0.12 * (i / 7), 0.02 * (i % 3)};
+      spec.is_debris = i % 9 == 0;
       ids.push_back(sut->spawn(spec));
     }
     for (int i = 0; i < 400; ++i) sut->run_step();
