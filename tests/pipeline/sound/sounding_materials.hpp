@@ -24,6 +24,7 @@ inline contact::MaterialTable sounding_materials() {
   set("fabric", 1e5, 120, 0.2, 0.8, {0.1, 0.5, 0.7});
   set("carpet", 2e5, 100, 0.25, 0.8, {0.1, 0.4, 0.65});
   set("painted", 3e9, 300, 0.02, 0.3, {0.02, 0.03, 0.04});
+  set("other", 1e9, 800, 0.03, 0.3, {0.1, 0.1, 0.1});
   return table;
 }
 
