@@ -1,4 +1,4 @@
-// What contact needs of the map: a distance with its gradient, and what the surface is made of.
+// What touch needs of the map: a distance with its gradient, what the surface is made of, and what a ray meets.
 #pragma once
 
 #include "hal/transform.hpp"
@@ -7,7 +7,7 @@
 
 namespace tactus::contact {
 
-/// A signed distance field, seen through three functions and their context: the live map (map_field.hpp) or
+/// A signed distance field, seen through functions and their context: the live map (map_field.hpp) or
 /// an analytic scene in a test. Non-owning and cheap to copy; the context must outlive every user. The
 /// functions run in the step phase: no heap, no lock, bounded; they may be called from one thread at a time.
 struct DistanceField {
@@ -22,10 +22,15 @@ struct DistanceField {
   /// Posterior of the surface nearest to p; false when nothing has labelled it.
   using Materials = bool (*)(const void* context, const Vec3f& p_world_m, MaterialDistribution& out) noexcept;
 
+  /// First surface along a ray, seen from its front, within range_m; false when there is none.
+  using Raycast = bool (*)(const void* context, const Vec3f& origin_world_m, const Vec3f& direction_world, float range_m,
+                           map::SurfacePoint& out) noexcept;
+
   const void* context = nullptr;
   Sample sample_fn = nullptr;
   Distance distance_fn = nullptr;
   Materials materials_fn = nullptr;
+  Raycast raycast_fn = nullptr;  // null: rays meet nothing
   float truncation_m = 0.04F;
 
   [[nodiscard]] bool sample(const Vec3d& p_world_m, map::DistanceSample& out) const noexcept {
@@ -43,6 +48,11 @@ struct DistanceField {
     }
     distance_m = static_cast<double>(answer_m);
     return known;
+  }
+  [[nodiscard]] bool raycast(const Vec3d& origin_world_m, const Vec3d& direction_world, double range_m,
+                             map::SurfacePoint& out) const noexcept {
+    return raycast_fn != nullptr && raycast_fn(context, origin_world_m.cast<float>(), direction_world.cast<float>(),
+                                               static_cast<float>(range_m), out);
   }
   [[nodiscard]] bool materials(const Vec3d& p_world_m, MaterialDistribution& out) const noexcept {
     return materials_fn(context, p_world_m.cast<float>(), out);

@@ -23,6 +23,10 @@ inline DistanceField field_of(const map::Reader& reader) {
     out = surface.materials;
     return true;
   };
+  field.raycast_fn = [](const void* context, const Vec3f& origin, const Vec3f& direction, float range_m,
+                        map::SurfacePoint& out) noexcept {
+    return static_cast<const map::Reader*>(context)->raycast(origin, direction, range_m, out);
+  };
   return field;
 }
 

@@ -1,6 +1,7 @@
 // The shapes of virtual bodies.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -75,6 +76,20 @@ inline double reach_m(const Shape& shape) {
     case ShapeKind::hull: return shape.hull->radius_m;
   }
   return 0;
+}
+
+/// Radius of the largest sphere about the centre inside the shape.
+inline double inner_radius_m(const Shape& shape) {
+  switch (shape.kind) {
+    case ShapeKind::sphere:
+    case ShapeKind::capsule: return shape.radius_m;
+    case ShapeKind::box: return std::min({shape.half_extents_m.x, shape.half_extents_m.y, shape.half_extents_m.z});
+    case ShapeKind::cylinder: return std::min(shape.radius_m, shape.half_length_m);
+    case ShapeKind::hull: break;
+  }
+  double least = shape.hull->radius_m;
+  for (std::size_t i = 0; i < shape.hull->faces_count; ++i) least = std::min(least, shape.hull->planes[i][3]);
+  return least;
 }
 
 }  // namespace tactus::contact

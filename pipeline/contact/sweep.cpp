@@ -17,6 +17,7 @@ namespace {
 class Sweep {
  public:
   static constexpr double kTouchM = 0.5 * kContactMarginM;
+  /// Or half of a thinner body's thickness: its centre must stay in front of the surface, or nothing holds it any more.
   static constexpr double kSinkM = 0.005;
 
   Sweep(const DistanceField& field, const Shape& shape, const Vec3d& from, const Rotation& R_world_body,
@@ -25,7 +26,8 @@ class Sweep {
         shape_(shape),
         R_world_body_(R_world_body),
         R_body_world_(R_world_body.transposed()),
-        motion_(motion) {
+        motion_(motion),
+        sink_m_(std::min(kSinkM, 0.5 * inner_radius_m(shape))) {
     if (shape.kind == ShapeKind::sphere) {
       touching_count_ = field_contacts(field, shape, from, R_world_body, kContactMarginM, {}, touching_);
       return;
@@ -51,7 +53,7 @@ class Sweep {
   }
 
  private:
-  static double allowance(double distance_m) { return kTouchM - std::min(distance_m, kTouchM) + kSinkM; }
+  [[nodiscard]] double allowance(double distance_m) const { return kTouchM - std::min(distance_m, kTouchM) + sink_m_; }
 
   [[nodiscard]] double allowance_towards(const Vec3d& direction) const {
     for (int i = 0; i < touching_count_; ++i) {
@@ -128,6 +130,7 @@ class Sweep {
   const Rotation& R_world_body_;
   Rotation R_body_world_;
   Vec3d motion_;
+  double sink_m_;
   SurfacePoints surface_;
   std::array<double, SurfacePoints::kMax> allowance_m_;   // of each point of the surface
   std::array<FieldContact, kFieldContactsMax> touching_;  // sphere

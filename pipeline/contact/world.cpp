@@ -366,9 +366,26 @@ rt::Status World::remove(BodyId id) noexcept {
   if (!id.is_body() || id.index >= slots_.size()) return rt::Status::stale;
   Slot& slot = slots_[id.index];
   if (slot.body == nullptr || slot.generation != id.generation) return rt::Status::stale;
+  for (Slot& other : slots_) {
+    if (&other == &slot || other.body == nullptr || !boxes_meet(slot.geom, other.geom)) continue;
+    dBodyEnable(other.body);
+    other.calm_steps = 0;
+  }
   destroy(slot);
-  wake_all();  // it may have carried others
   publish();
+  return rt::Status::ok;
+}
+
+rt::Status World::push(BodyId id, const Vec3d& impulse, const Vec3d& position) noexcept {
+  if (!id.is_body() || id.index >= slots_.size()) return rt::Status::stale;
+  Slot& slot = slots_[id.index];
+  if (slot.body == nullptr || slot.generation != id.generation) return rt::Status::stale;
+  if (!is_finite(impulse) || !is_finite(position)) return rt::Status::unsupported;
+  dBodyEnable(slot.body);
+  slot.calm_steps = 0;
+  // A force over one step is the impulse; QuickStep applies it with the next one's.
+  const Vec3d force = impulse * (1 / kStepS);
+  dBodyAddForceAtPos(slot.body, force.x, force.y, force.z, position.x, position.y, position.z);
   return rt::Status::ok;
 }
 

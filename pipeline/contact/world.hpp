@@ -149,8 +149,11 @@ class World {
   /// Step phase, wait-free. ok | full (counted) | unsupported (a spec that is not finite or has no size;
   /// counted as refused).
   rt::Status spawn(const BodySpec& spec, BodyId& id) noexcept;
-  /// Step phase. ok | stale (no such body any more).
+  /// Step phase. What it may have carried wakes up. ok | stale (no such body any more).
   rt::Status remove(BodyId id) noexcept;
+
+  /// Step phase: gives the body an impulse at a place, at once. ok | stale | unsupported (not finite).
+  rt::Status push(BodyId id, const Vec3d& impulse_n_s, const Vec3d& position_world_m) noexcept;
 
   /// Advances simulated time by `duration` in fixed steps; what does not fill a step waits for the next call.
   /// Impacts go to `sink`. ok | late (time was dropped) | full (work memory; counted). Step phase, no heap,
