@@ -1,5 +1,4 @@
-// Two ears by OpenAL Soft's HRTF, mixed into memory: no sound card, no thread of its own that mixes, no
-// clock.
+// Two ears by OpenAL Soft's HRTF, mixed into memory: no sound card, no clock, no mixing thread of its own.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,4 @@
-// The default loudspeaker, by OpenAL Soft: a short queue of sample blocks that a device plays at its own
-// pace.
+// The default loudspeaker, by OpenAL Soft: a short queue of samples that a device plays at its own pace.
 #pragma once
 
 #include <cstdint>

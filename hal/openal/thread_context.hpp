@@ -1,5 +1,4 @@
-// An OpenAL context made current for one scope on one thread, so that two devices in a process do not disturb
-// each other.
+// An OpenAL context made current for one scope on one thread, so that two devices do not disturb each other.
 #pragma once
 
 #include <AL/alc.h>

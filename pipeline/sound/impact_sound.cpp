@@ -16,7 +16,7 @@ constexpr std::array<double, kModesPerPart> kPlateRatios = {1,     1.264, 2.081,
 constexpr double kPieceM = 0.1;         // that the table's mode_frequency_hz is for
 constexpr double kSurfacePieceM = 0.3;  // of a wall or a table sounds around the place that is hit
 constexpr double kHighestModeHz = 18000;
-constexpr double kFullEnergyJ = 1;
+constexpr double kFullEnergyJ = 0.25;
 constexpr double kPoisson = 0.3;
 constexpr double kContactTimeLeastS = 20e-6, kContactTimeMostS = 15e-3;
 constexpr double kNoiseDecayLeastS = 4e-3;
@@ -141,8 +141,8 @@ StrikeSpectrum spectrum_of(const Strike& strike, const contact::MaterialTable& t
   StrikeSpectrum spectrum;
   const double work_j = 0.5 * strike.impulse_n_s * strike.speed_m_per_s;
   const double energy_j = std::max(strike.energy_j, work_j);
-  if (!std::isfinite(strike.energy_j + work_j + strike.body_size_m) || !(energy_j > 0) ||
-      !(strike.body_size_m > 0))
+  if (!std::isfinite(strike.energy_j + work_j + strike.body_size_m + strike.surface_size_m) ||
+      !(energy_j > 0) || !(strike.body_size_m > 0))
     return spectrum;
   const double modulus_body = table.of(strike.body_material).youngs_modulus_pa;
   const double modulus_surface = table.of(strike.surface_material).youngs_modulus_pa;
@@ -151,7 +151,9 @@ StrikeSpectrum spectrum_of(const Strike& strike, const contact::MaterialTable& t
   const double share =
       modulus_surface / (modulus_body + modulus_surface);  // of the body: the softer gives more
   const Part body{table.sound_of(strike.body_material), strike.body_size_m, std::sqrt(share)};
-  const Part surface{table.sound_of(strike.surface_material), kSurfacePieceM, std::sqrt(1 - share)};
+  const Part surface{table.sound_of(strike.surface_material),
+                     strike.surface_size_m > 0 ? strike.surface_size_m : kSurfacePieceM,
+                     std::sqrt(1 - share)};
   const auto tone = [](const Part& part) { return part.amplitude * std::sqrt(1 - part.sound.noise_share); };
   const auto noise = [](const Part& part) { return part.amplitude * std::sqrt(part.sound.noise_share); };
   const double x = std::sqrt(energy_j / kFullEnergyJ);

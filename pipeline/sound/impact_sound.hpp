@@ -1,16 +1,17 @@
-// What one impact sounds like: the modes of the two things that meet and the noise of their contact, as a
-// mono clip.
+// What one impact sounds like, as a mono clip: modes of the two things that meet, and their contact's noise.
 //
 // Modal synthesis after van den Doel, Kry, Pai 2001, "FoleyAutomatic", and O'Brien, Shen, Gatchalian 2002,
 // "Synthesizing Sounds from Rigid-Body Simulations": each mode is a decaying sine, struck by the force of the
 // contact.
 //
-//   pitch      the material's lowest mode for a 10 cm piece, times 0.1 m / size; the others at a free plate's
-//   ratios decay      -60 dB after 2.2 / (f eta) contact    Hertz: t_c = 2.87 (m^2 / (R E*^2 v))^(1/5)
-//   (Johnson 1985, Contact Mechanics, 11.4); the force is half a sine
-//              of that length, so that a soft partner excites low modes only
-//   energy     elastic energy parts in the ratio of the two compliances 1 / E: the softer of the two is heard
-//   more loudness   x / sqrt(1 + x^2), x^2 = energy / 1 J: grows with every impact, never reaches full scale
+//   pitch     the material's lowest mode for a 10 cm piece, times 0.1 m / size; the others stand to it as in
+//             a free plate
+//   decay     by 60 dB in 2.2 / (f eta) seconds
+//   contact   Hertz: t_c = 2.87 (m^2 / (R E*^2 v))^(1/5) (Johnson 1985, Contact Mechanics, 11.4); its
+//             force is half a sine of that length, so that a soft partner excites low modes only
+//   energy    parts in the ratio of the two compliances 1 / E: the softer of the two is heard more
+//   loudness  x / sqrt(1 + x^2) with x^2 = energy / 0.25 J, what 100 g have after a fall of 25 cm: grows with
+//             every impact and never reaches full scale
 #pragma once
 
 #include <array>
@@ -29,13 +30,12 @@ inline constexpr int kModesPerPart = 8;
 struct Strike {
   MaterialId body_material = kUnknownMaterial;  // unknown sounds like "other"
   MaterialId surface_material = kUnknownMaterial;
-  double body_size_m = 0.1;  // its longest edge or its diameter
-  double energy_j =
-      0;  // what the impact takes from the motion; where 0, half of impulse times speed stands for it
-  double impulse_n_s = 0;    // along the normal
-  double speed_m_per_s = 0;  // of approach
-  std::uint32_t seed =
-      1;  // where it was struck: which modes answer more, within 6 dB, and the grain of the noise
+  double body_size_m = 0.1;   // its longest edge or its diameter
+  double surface_size_m = 0;  // of another body; 0: a surface of the room
+  double energy_j = 0;        // that the impact takes from the motion; at least impulse times speed / 2
+  double impulse_n_s = 0;     // along the normal
+  double speed_m_per_s = 0;   // of approach
+  std::uint32_t seed = 1;     // where it was struck: which modes answer more, by up to 6 dB
 };
 
 struct Mode {
@@ -46,9 +46,8 @@ struct Mode {
 
 /// A strike as numbers of the signal. All amplitudes together are at most 1.
 struct StrikeSpectrum {
-  std::array<Mode, 2 * kModesPerPart>
-      modes{};  // the first modes_count are there: the body's, then the surface's
-  int modes_count = 0;
+  std::array<Mode, 2 * kModesPerPart> modes{};  // the body's, then the surface's
+  int modes_count = 0;                          // that are there
   double noise_amplitude = 0;
   double noise_cutoff_hz = 0;
   double noise_decay_s = 0;  // time constant
@@ -61,8 +60,8 @@ StrikeSpectrum spectrum_of(const Strike& strike, const contact::MaterialTable& t
 
 /// Writes the clip into `out` (48 kHz, at most kClipSamplesMax of it) and answers how many samples sound; the
 /// rest of `out` is not touched. The last of them is silence; |sample| <= 1. Starts at the first sample
-/// without a click. Up to 1 ms of processor time for a second of sound. Step; no heap; the same bits for the
-/// same input.
+/// without a click. `seed`: the grain of the noise. Up to 1 ms of processor time for a second of sound. Step;
+/// no heap; the same bits for the same input.
 std::size_t synthesize(const StrikeSpectrum& spectrum, std::uint32_t seed, std::span<float> out) noexcept;
 
 }  // namespace tactus::sound

@@ -1,5 +1,4 @@
-// How the real room answers a sound: one early reflection from each large surface around, duller and weaker
-// by what that surface is made of.
+// How the real room answers a sound: a reflection from each large surface, duller by what it is made of.
 //
 // Image sources of the first order (Allen, Berkley 1979, "Image method for efficiently simulating small-room
 // acoustics"). The planes come from the labelled map: 26 rays from the source, hits on one plane taken
@@ -52,8 +51,8 @@ struct SoundPath {
   Vec3d listener_world_m;
 };
 
-/// The shortest out.size() reflections, shortest first, and how many there are. At most 26 + 2 * out.size()
-/// rays of 1 to 3 us, each of at most range_m. Step.
+/// The shortest out.size() reflections, shortest first, and how many there are. About 60 rays of 1 to 3 us in
+/// an empty room, at most 52 + 10 * out.size(), each of at most range_m. Step.
 int find_reflections(const RoomRays& rays, const contact::MaterialTable& table, const SoundPath& path,
                      double range_m, std::span<Reflection> out) noexcept;
 

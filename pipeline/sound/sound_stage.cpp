@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include "pipeline/sound/impact_sound.hpp"
 
 namespace tactus::sound {
 namespace {
+
+static_assert(std::is_trivially_copyable_v<Impact>);
 
 constexpr std::int64_t kNsPerS = 1'000'000'000;
 constexpr std::size_t kReflectionsMax = 8;
@@ -25,6 +28,7 @@ Strike strike_of(const Impact& impact, std::uint32_t seed) {
   strike.body_material = impact.body_material;
   strike.surface_material = impact.surface_material;
   strike.body_size_m = impact.body_size_m;
+  strike.surface_size_m = impact.surface_size_m;
   strike.energy_j = impact.energy_j;
   strike.impulse_n_s = impact.impulse_n_s;
   strike.speed_m_per_s = impact.impact_speed_m_per_s;
@@ -75,19 +79,21 @@ rt::Status SoundStage::add(const Impact& impact) noexcept {
   const double sum = impact.position_world_m.x + impact.position_world_m.y + impact.position_world_m.z +
                      impact.normal_world.x + impact.normal_world.y + impact.normal_world.z;
   const double energy_j = energy_of(impact);
-  if (!std::isfinite(sum + energy_j + impact.body_size_m) || !(energy_j > 0)) {
+  if (!std::isfinite(sum + energy_j + impact.body_size_m + impact.surface_size_m) || !(energy_j > 0)) {
     ++counts_.inaudible;
     return rt::Status::skipped;
   }
+  Impact held = impact;
+  held.delay.ns = std::clamp(impact.delay.ns, std::int64_t{0}, kNsPerS);
   if (impacts_count_ < impacts_.size()) {
-    impacts_[impacts_count_++] = impact;
+    impacts_[impacts_count_++] = held;
     return rt::Status::ok;
   }
   ++counts_.left_out;
   const auto quietest =
       std::min_element(impacts_.begin(), impacts_.end(),
                        [](const Impact& a, const Impact& b) { return energy_of(a) < energy_of(b); });
-  if (energy_of(*quietest) < energy_j) *quietest = impact;
+  if (energy_of(*quietest) < energy_j) *quietest = held;
   return rt::Status::full;
 }
 
@@ -95,11 +101,11 @@ rt::Status SoundStage::step(const T_WorldDepth& T_world_listener, hal::SpatialMi
                             std::span<float> stereo) noexcept {
   TACTUS_ASSERT(mixer.format().sample_rate_hz == kSampleRateHz);
   mixer.set_listener(T_world_listener);
-  const Vec3d listener_world_m = T_world_listener.translation;
+  if (T_world_listener.is_finite()) listener_world_m_ = T_world_listener.translation;
   std::size_t audible = 0;
   for (std::size_t i = 0; i < impacts_count_; ++i) {
     const std::uint32_t seed = ++seed_;
-    const double distance_m = std::max(kNearestM, (impacts_[i].position_world_m - listener_world_m).norm());
+    const double distance_m = std::max(kNearestM, (impacts_[i].position_world_m - listener_world_m_).norm());
     const double loudness =
         config_.gain * amplitude_of(spectrum_of(strike_of(impacts_[i], seed), table_)) / distance_m;
     if (loudness < config_.audible_least)
@@ -113,15 +119,13 @@ rt::Status SoundStage::step(const T_WorldDepth& T_world_listener, hal::SpatialMi
   });
   const std::size_t heard = std::min(audible, static_cast<std::size_t>(config_.sounds_max_per_block));
   counts_.left_out += audible - heard;
-  for (std::size_t i = 0; i < heard; ++i)
-    begin_sound(scored[i], listener_world_m, static_cast<int>(heard - i - 1), mixer);
+  for (std::size_t i = 0; i < heard; ++i) begin_sound(scored[i], static_cast<int>(heard - i - 1), mixer);
   impacts_count_ = 0;
   counts_.sample_frames += stereo.size() / 2;
   return mixer.mix(stereo);
 }
 
-void SoundStage::begin_sound(const Scored& scored, const Vec3d& listener_world_m, int sounds_to_come,
-                             hal::SpatialMixer& mixer) noexcept {
+void SoundStage::begin_sound(const Scored& scored, int sounds_to_come, hal::SpatialMixer& mixer) noexcept {
   const Impact& impact = impacts_[scored.impact];
   const std::size_t samples_count =
       synthesize(spectrum_of(strike_of(impact, scored.seed), table_), scored.seed, clip_);
@@ -130,7 +134,7 @@ void SoundStage::begin_sound(const Scored& scored, const Vec3d& listener_world_m
   sound.samples = clip;
   sound.position_world_m = impact.position_world_m;
   sound.gain = static_cast<float>(config_.gain);
-  sound.delay = impact.delay + travel((impact.position_world_m - listener_world_m).norm());
+  sound.delay = impact.delay + travel((impact.position_world_m - listener_world_m_).norm());
   if (mixer.play(sound) != rt::Status::ok) {
     ++counts_.left_out;
     return;
@@ -139,7 +143,7 @@ void SoundStage::begin_sound(const Scored& scored, const Vec3d& listener_world_m
 
   std::array<Reflection, kReflectionsMax> reflections;
   const int count = find_reflections(
-      rays_, table_, {impact.position_world_m, impact.normal_world, listener_world_m}, config_.room_range_m,
+      rays_, table_, {impact.position_world_m, impact.normal_world, listener_world_m_}, config_.room_range_m,
       std::span(reflections).first(static_cast<std::size_t>(config_.reflections_max)));
   const std::span<float> answer = reflected_.first(std::min(samples_count, kReflectedSamplesMax));
   for (int i = 0; i < count; ++i) {

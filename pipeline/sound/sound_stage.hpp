@@ -1,16 +1,14 @@
-// The sound stage: impacts of virtual things become clips at places in the room, and a block of sound for two
-// ears.
+// The sound stage: impacts of virtual things become clips at places in the room, and a block for two ears.
 //
 //   inputs    Impacts of the block's time, the listener's pose, the labelled map (rays), a hal::SpatialMixer
 //   outputs   one block of interleaved stereo, as long as the video frame it belongs to
-//   budget    about 0.2 ms a sound with its reflections, plus what the mixer takes (README;
-//   tests/pipeline/sound, latency) memory    one planned slice, 0.4 MB; no heap of its own, but the MIXER
-//   TAKES HEAP when clips begin: step() runs on a
-//             thread outside the heap guard, never on the spine
+//   budget    0.2 to 1 ms for each sound that begins, by how long it rings, its reflections included; the
+//             mixer takes 0.1 ms a block of 33 ms and 16 us a voice (tests/pipeline/sound, latency)
+//   memory    one planned slice, 0.25 MB, and no heap of its own; but the MIXER TAKES HEAP when clips begin:
+//             step() runs on a thread outside the heap guard, never on the spine
 //   late      nothing waits: a block is mixed with what has come
-//   full      the loudest impacts win, as heard where the listener is; the rest are counted. Reflections are
-//   left out before
-//             sounds are
+//   full      the loudest impacts win, as heard where the listener is, and the rest are counted; reflections
+//             are left out before sounds are
 //   lost      the mixer's device_lost is passed on; waiting impacts are gone with their block
 //
 // A contact is heard at its own sample: its delay in the block plus the way through the air. So a sound
@@ -32,13 +30,14 @@ namespace tactus::sound {
 
 /// One impact; plain data, fit for a ring between threads.
 struct Impact {
-  rt::Duration delay;  // from the beginning of the block
+  rt::Duration delay;  // from the beginning of the block; held within 0 .. 1 s
   Vec3d position_world_m;
   Vec3d normal_world;   // towards free space; zero where unknown
   double energy_j = 0;  // what the impact took from the motion; 0: from impulse and speed
   double impulse_n_s = 0;
   double impact_speed_m_per_s = 0;
-  double body_size_m = 0.1;  // longest edge or diameter
+  double body_size_m = 0.1;   // longest edge or diameter
+  double surface_size_m = 0;  // of another body that was hit; 0: a surface of the room
   MaterialId body_material = kUnknownMaterial;
   MaterialId surface_material = kUnknownMaterial;
 };
@@ -85,8 +84,9 @@ class SoundStage {
   /// skipped (no energy, or numbers that are not finite). Step.
   rt::Status add(const Impact& impact) noexcept;
 
-  /// Begins the sounds of the impacts that wait and mixes the next block into `stereo` (interleaved). ok |
-  /// device_lost. Step, but see the head of this file: not under the heap guard.
+  /// Begins the sounds of the impacts that wait and mixes the next block into `stereo` (interleaved). A pose
+  /// that is not finite leaves the listener where it was. ok | device_lost. Step, but see the head of this
+  /// file: not under the heap guard.
   rt::Status step(const T_WorldDepth& T_world_listener, hal::SpatialMixer& mixer,
                   std::span<float> stereo) noexcept;
 
@@ -99,8 +99,7 @@ class SoundStage {
     std::uint32_t seed = 0;
   };
 
-  void begin_sound(const Scored& scored, const Vec3d& listener_world_m, int sounds_to_come,
-                   hal::SpatialMixer& mixer) noexcept;
+  void begin_sound(const Scored& scored, int sounds_to_come, hal::SpatialMixer& mixer) noexcept;
 
   SoundConfig config_;
   contact::MaterialTable table_;
@@ -109,6 +108,7 @@ class SoundStage {
   std::span<Scored> scored_;
   std::span<float> clip_, reflected_;
   std::size_t impacts_count_ = 0;
+  Vec3d listener_world_m_;
   std::uint32_t seed_ = 0;
   SoundCounts counts_;
 };

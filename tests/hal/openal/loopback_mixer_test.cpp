@@ -193,6 +193,20 @@ TEST_F(LoopbackMixerTest, SameCallsInAnotherMixerOfTheProcess_SameBits) {
   EXPECT_EQ(here, there);
 }
 
+TEST_F(LoopbackMixerTest, AnotherMixerInTheProcess_HearsNothingOfThis) {
+  const std::vector<float> clip = noise(4800);
+  {
+    auto other = LoopbackMixer::create();
+    ASSERT_TRUE(other);
+    ASSERT_EQ(sut_->play({clip, {0, 0, -1}, 1, {}}), rt::Status::ok);
+    EXPECT_EQ(loudest(mixed(*other, 1600)), 0);
+    other->set_listener({});
+  }
+  const auto heard = mixed(*sut_, 1600);
+  EXPECT_GT(loudest(heard), 0.01F) << "also after the other is gone";
+  EXPECT_NEAR(power_db(heard, 0), power_db(heard, 1), 1);
+}
+
 TEST_F(LoopbackMixerTest, TooMuchSoundIsBentBelowOneAndCounted) {
   const std::vector<float> loud = noise(4800, 1);
   for (int i = 0; i < 10; ++i) ASSERT_EQ(sut_->play({loud, {0, 0, -0.3}, 1, {}}), rt::Status::ok);

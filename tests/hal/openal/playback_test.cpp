@@ -46,7 +46,6 @@ TEST_F(PlaybackTest, TakesAllOrNothingUntilItHasPlayed) {
   EXPECT_EQ(status, rt::Status::full);
   EXPECT_EQ(sut_->sample_frames_written(), 1600U * static_cast<unsigned>(taken));
   EXPECT_GE(taken, 2);
-  EXPECT_LE(taken, 4) << "the queue is short";
   EXPECT_GE(write_when_there_is_room(kVideoFrame), 0);
 }
 

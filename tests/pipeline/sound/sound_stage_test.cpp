@@ -187,6 +187,27 @@ TEST_F(SoundStageTest, QuietOrImpossibleImpacts_NotPlayed) {
   EXPECT_EQ(planned.stage.counts().inaudible, 3U);
 }
 
+TEST_F(SoundStageTest, PoseThatIsNoNumber_ListenerStaysWhereItWas) {
+  PlannedStage planned;
+  heard(planned.stage, 1);
+  EXPECT_EQ(planned.stage.add(impact_of("wood", "wood", {-1, 1.5, 0})), rt::Status::ok);
+  const auto samples = heard(planned.stage, 6, {NAN, 0, 0});
+  EXPECT_GT(test::energy(ear(samples, 0)), 2 * test::energy(ear(samples, 1)));
+}
+
+TEST_F(SoundStageTest, TwoBodiesMeet_TheSmallerOtherSoundsHigher) {
+  double centroids_hz[2] = {};
+  for (const bool is_small : {false, true}) {
+    PlannedStage planned;
+    Impact impact = impact_of("metal", "glass", {0, 1.5, -1});
+    impact.surface_size_m = is_small ? 0.08 : 0;
+    EXPECT_EQ(planned.stage.add(impact), rt::Status::ok);
+    const auto samples = ear(heard(planned.stage, 40), 0);
+    centroids_hz[is_small ? 1 : 0] = test::centroid_hz(std::span(samples).first(12000));
+  }
+  EXPECT_GT(centroids_hz[1], 1.5 * centroids_hz[0]);
+}
+
 TEST_F(SoundStageTest, UnknownMaterials_StillHeard) {
   PlannedStage planned;
   Impact impact = impact_of("wood", "wood", {0, 1.5, -1});
