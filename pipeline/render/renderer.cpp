@@ -12,6 +12,7 @@
 #include "pipeline/render/palette.hpp"
 #include "pipeline/render/program.hpp"
 #include "pipeline/render/shader_common.hpp"
+#include "pipeline/render/shader_decal.hpp"
 #include "pipeline/render/shader_mesh.hpp"
 #include "pipeline/render/shader_real.hpp"
 #include "pipeline/render/shader_shadow.hpp"
@@ -50,6 +51,20 @@ void describe_mesh_instances(std::size_t first) {
   describe_attribute(6, 4, GL_FLOAT, false, kMesh, first * kMesh + offsetof(MeshInstance, center_depth_m), 1);
   describe_attribute(7, 4, GL_UNSIGNED_BYTE, true, kMesh, first * kMesh + offsetof(MeshInstance, color), 1);
   describe_attribute(8, 4, GL_UNSIGNED_BYTE, true, kMesh, first * kMesh + offsetof(MeshInstance, finish), 1);
+}
+
+void describe_decal_instances(std::size_t first) {
+  constexpr std::size_t kDecal = sizeof(DecalInstance);
+  const auto at = [first](std::size_t member) { return first * kDecal + member; };
+  describe_attribute(0, 4, GL_FLOAT, false, kDecal, at(offsetof(DecalInstance, rectangle_ndc)), 1);
+  describe_attribute(1, 4, GL_FLOAT, false, kDecal, at(offsetof(DecalInstance, center_depth_m)), 1);
+  describe_attribute(2, 3, GL_FLOAT, false, kDecal, at(offsetof(DecalInstance, axis_x_depth)), 1);
+  describe_attribute(3, 3, GL_FLOAT, false, kDecal, at(offsetof(DecalInstance, axis_y_depth)), 1);
+  describe_attribute(4, 4, GL_UNSIGNED_BYTE, true, kDecal, at(offsetof(DecalInstance, tint)), 1);
+  glEnableVertexAttribArray(5);
+  glVertexAttribIPointer(5, 1, GL_UNSIGNED_INT, static_cast<GLsizei>(kDecal),
+                         offset(at(offsetof(DecalInstance, seed))));
+  glVertexAttribDivisor(5, 1);
 }
 
 void store(float (&out)[4], const Vec3f& v) {
@@ -97,7 +112,7 @@ rt::Error bad_usage(std::string message) { return {rt::ExitCode::bad_usage, std:
 std::size_t Renderer::bytes_needed(const RenderConfig& config) {
   return rt::bytes_of<SphereInstance>(config.bodies_count_max) +
          rt::bytes_of<MeshInstance>(config.bodies_count_max) + rt::bytes_of<Caster>(2 * config.bodies_count_max) +
-         rt::bytes_of<float>(config.hulls.size()) +
+         rt::bytes_of<DecalInstance>(kDecalsMax) + rt::bytes_of<float>(config.hulls.size()) +
          rt::bytes_of<std::uint8_t>(static_cast<std::size_t>(config.camera.width) * 4 * kRowsPerRead);
 }
 
@@ -142,6 +157,7 @@ rt::Result<void> Renderer::bind(const RenderConfig& config, rt::Slice slice) {
   spheres_ = slice.take<SphereInstance>(config.bodies_count_max);
   meshes_ = slice.take<MeshInstance>(config.bodies_count_max);
   casters_ = slice.take<Caster>(2 * config.bodies_count_max);
+  decals_ = slice.take<DecalInstance>(kDecalsMax);
   hull_radii_m_ = slice.take<float>(config.hulls.size());
   rgba_rows_ = slice.take<std::uint8_t>(static_cast<std::size_t>(config.camera.width) * 4 * kRowsPerRead);
   std::transform(config.hulls.begin(), config.hulls.end(), hull_radii_m_.begin(), radius_of);
@@ -163,6 +179,13 @@ rt::Result<void> Renderer::link_programs() {
     std::array<const char*, 3> vertex;
     std::array<const char*, 5> fragment;
   };
+  const auto decal = [](DecalKind kind) {
+    const auto i = static_cast<std::size_t>(kind);
+    return Source{kDecalKindNames[i].data(),
+                  true,
+                  {kDecalVertex, "", ""},
+                  {kShaderReal, kShaderRealDepth, kDecalNoise, kDecalMarks[i], kDecalFragment}};
+  };
   const std::array<Source, kProgramCount> sources = {{
       {"video", true, {kRealVertex, "", ""}, {kShaderReal, kRealFragment, "", "", ""}},
       {"video with overlay", true, {kRealVertex, "", ""}, {kWithOverlay, kShaderReal, kRealFragment, "", ""}},
@@ -178,6 +201,11 @@ rt::Result<void> Renderer::link_programs() {
        true,
        {kShadeVertex, "", ""},
        {kShaderReal, kShaderRealDepth, kShaderShadow, kShadeFragment, ""}},
+      decal(DecalKind::crater),
+      decal(DecalKind::cracks),
+      decal(DecalKind::tear),
+      decal(DecalKind::splinter),
+      decal(DecalKind::dent),
       {"shadow of a sphere", false, {kSphereAttributes, kCastSphereVertex, ""}, {kCastSphereFragment, "", "", "", ""}},
       {"shadow of a mesh", false, {kMeshAttributes, kCastMeshVertex, ""}, {kCastMeshFragment, "", "", "", ""}},
   }};
@@ -279,6 +307,10 @@ void Renderer::reserve_buffers(const MeshSet& meshes) {
   reserve(GL_ARRAY_BUFFER, kCasterBuffer, casters_.size_bytes(), nullptr);
   describe_attribute(1, 4, GL_FLOAT, false, sizeof(Caster), offsetof(Caster, center_depth_m), 1);
   describe_attribute(2, 2, GL_FLOAT, false, sizeof(Caster), offsetof(Caster, sweep_begin_m), 1);
+
+  glBindVertexArray(vertex_arrays_[kDecalVertices]);
+  reserve(GL_ARRAY_BUFFER, kDecalBuffer, decals_.size_bytes(), nullptr);
+  describe_decal_instances(0);
   glBindVertexArray(0);
 }
 
@@ -290,10 +322,14 @@ rt::Result<void> Renderer::warm_up() {
   std::array<Body, 2> bodies;
   bodies[0] = {Shape::sphere, {}, {0.1F, 0.1F, 0.1F}, {-0.1, 0, 0.5}, {}};
   bodies[1] = {Shape::box, {}, {0.1F, 0.1F, 0.1F}, {0.1, 0, 0.5}, {}};
+  std::array<Decal, kDecalKindsCount> decals;
+  for (std::size_t i = 0; i < decals.size(); ++i)
+    decals[i] = {static_cast<DecalKind>(i), {0, 0, 1}, {0, 0, -1}, 0.1F, {}, 1};
   RenderInputs inputs;
   inputs.video_rgb = video;
   inputs.depth_m = depth_m;
   inputs.bodies = bodies;
+  inputs.decals = decals;
   for (const bool has_labels : {false, true})
     for (const double turn : {0.0, 0.01}) {
       if (has_labels) inputs.labels = labels;
@@ -319,6 +355,9 @@ rt::Status Renderer::step(const RenderInputs& inputs) noexcept {
   if (has_pose)
     counts = build_instances(inputs.bodies, inputs.T_world_depth, config_.camera, config_.clip, hull_radii_m_,
                              spheres_, meshes_, casters_);
+  DecalCounts decal_counts;
+  if (has_pose && has_depth)
+    decal_counts = build_decals(inputs.decals, inputs.T_world_depth, config_.camera, config_.clip, decals_);
   if (!inputs.has_shadows) counts.casters_count = 0;
   const bool has_shadows = counts.casters_count > 0;
   const Light light = usable(inputs.light);
@@ -330,9 +369,9 @@ rt::Status Renderer::step(const RenderInputs& inputs) noexcept {
                                                    toward.cast<float>(), shadow.axis_x_depth, casters)
                                      : 0;
   }
-  upload_images(inputs, has_overlay, has_depth && (counts.in_view_count > 0 || counts.casters_count > 0));
+  upload_images(inputs, has_overlay, has_depth && counts.in_view_count + counts.casters_count + decal_counts.total_count > 0);
   upload_frame_block(inputs, light, shadow, has_overlay);
-  upload_instances(counts);
+  upload_instances(counts, decal_counts);
 
   glDisable(GL_BLEND);
   glDisable(GL_CULL_FACE);
@@ -347,6 +386,7 @@ rt::Status Renderer::step(const RenderInputs& inputs) noexcept {
   glDisable(GL_DEPTH_TEST);
   use(has_overlay ? kOverlayProgram : kVideoProgram, kNoVertices, has_warp);
   glDrawArrays(GL_TRIANGLES, 0, 3);  // no attributes: corners come from their number
+  if (decal_counts.total_count > 0) draw_decals(decal_counts, has_warp);
   glEnable(GL_DEPTH_TEST);
   if (counts.casters_count > 0) draw_shadows(counts, has_warp);
   if (counts.in_view_count > 0) draw_bodies(counts, has_depth, has_warp);
@@ -411,7 +451,7 @@ void Renderer::upload_frame_block(const RenderInputs& inputs, const Light& light
   glBufferSubData(GL_UNIFORM_BUFFER, 0, sizeof(block), &block);
 }
 
-void Renderer::upload_instances(const InstanceCounts& counts) noexcept {
+void Renderer::upload_instances(const InstanceCounts& counts, const DecalCounts& decal_counts) noexcept {
   const auto upload = [this](Buffer buffer, auto instances) {
     if (instances.empty()) return;
     glBindBuffer(GL_ARRAY_BUFFER, buffers_[buffer]);
@@ -421,6 +461,7 @@ void Renderer::upload_instances(const InstanceCounts& counts) noexcept {
   upload(kSphereBuffer, spheres_.first(counts.spheres.count));
   upload(kMeshBuffer, meshes_.first(last.first + last.count));
   upload(kCasterBuffer, casters_.first(counts.casters_count));
+  upload(kDecalBuffer, decals_.first(decal_counts.total_count));
 }
 
 void Renderer::use(Program program, VertexArray vertices, bool has_warp) noexcept {
@@ -439,6 +480,19 @@ void Renderer::draw_meshes(const InstanceCounts& counts, bool in_view_only) noex
                             offset(mesh_ranges_[mesh].first_index * sizeof(std::uint16_t)),
                             static_cast<GLsizei>(count));
   }
+}
+
+void Renderer::draw_decals(const DecalCounts& counts, bool has_warp) noexcept {
+  glEnable(GL_BLEND);
+  glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+  for (std::size_t kind = 1; kind < kDecalKindsCount; ++kind) {
+    if (counts.count[kind] == 0) continue;
+    use(static_cast<Program>(kCraterProgram + kind - 1), kDecalVertices, has_warp);
+    glBindBuffer(GL_ARRAY_BUFFER, buffers_[kDecalBuffer]);
+    describe_decal_instances(counts.first[kind]);
+    glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(counts.count[kind]));
+  }
+  glDisable(GL_BLEND);
 }
 
 void Renderer::draw_shadow_map(const InstanceCounts& counts) noexcept {

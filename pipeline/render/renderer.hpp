@@ -2,8 +2,8 @@
 //
 // Two layers (Chen et al. 2018, section IV-E): the video behind, and in front of it the real surfaces, invisible, which
 // hide what is behind them. The real surfaces are the registered depth image of the same camera and the same moment.
-//   passes   shadow map (512 x 512, from the light); video and label overlay; shadows on the real; bodies
-//   inputs   video, depth, labels, pose, light, bodies; all images in the camera given at bind
+//   passes   shadow map (512 x 512, from the light); video and label overlay; decals and shadows on the real; bodies
+//   inputs   video, depth, labels, pose, light, bodies, decals; all images in the camera given at bind
 //   output   the framebuffer bound by hal::Display::begin(); read_back() copies it into memory
 //   memory   what bytes_needed() says, and the driver's own, which cannot be fenced (resident.hpp measures it)
 //   late     the caller drops the picture; nothing is carried over from one step to the next
@@ -19,6 +19,7 @@
 #include "pipeline/label/material.hpp"
 #include "pipeline/render/body.hpp"
 #include "pipeline/render/camera.hpp"
+#include "pipeline/render/decal.hpp"
 #include "pipeline/render/light.hpp"
 #include "pipeline/render/mesh.hpp"
 #include "pipeline/render/shadow.hpp"
@@ -52,6 +53,7 @@ struct RenderInputs {
   Light light;  // one whose direction is zero or not finite counts as the default one
   bool has_shadows = true;
   std::span<const Body> bodies;
+  std::span<const Decal> decals;  // the first kDecalsMax are drawn; they need depth
 };
 
 /// A stage. All calls need a GLES 3 context current on the calling thread, always the same context.
@@ -97,6 +99,11 @@ class Renderer {
     kSphereProgram,
     kMeshProgram,
     kShadeProgram,
+    kCraterProgram,
+    kCracksProgram,
+    kTearProgram,
+    kSplinterProgram,
+    kDentProgram,
     kCastSphereProgram,
     kCastMeshProgram,
     kProgramCount
@@ -106,11 +113,12 @@ class Renderer {
     kSphereBuffer,
     kMeshBuffer,
     kCasterBuffer,
+    kDecalBuffer,
     kVertexBuffer,
     kIndexBuffer,
     kBufferCount
   };
-  enum VertexArray : std::uint8_t { kNoVertices, kSphereVertices, kMeshVertices, kPrismVertices, kVertexArrayCount };
+  enum VertexArray : std::uint8_t { kNoVertices, kSphereVertices, kMeshVertices, kPrismVertices, kDecalVertices, kVertexArrayCount };
 
   [[nodiscard]] std::size_t pixels_count() const;
   rt::Result<void> link_programs();
@@ -119,9 +127,10 @@ class Renderer {
   void upload_images(const RenderInputs& inputs, bool has_overlay, bool has_depth) noexcept;
   void upload_frame_block(const RenderInputs& inputs, const Light& light, const ShadowView& shadow,
                           bool has_overlay) noexcept;
-  void upload_instances(const InstanceCounts& counts) noexcept;
+  void upload_instances(const InstanceCounts& counts, const DecalCounts& decal_counts) noexcept;
   void use(Program program, VertexArray vertices, bool has_warp = false) noexcept;
   void draw_meshes(const InstanceCounts& counts, bool in_view_only) noexcept;
+  void draw_decals(const DecalCounts& counts, bool has_warp) noexcept;
   void draw_shadow_map(const InstanceCounts& counts) noexcept;
   void draw_shadows(const InstanceCounts& counts, bool has_warp) noexcept;
   void draw_bodies(const InstanceCounts& counts, bool has_depth, bool has_warp) noexcept;
@@ -131,6 +140,7 @@ class Renderer {
   std::span<SphereInstance> spheres_;
   std::span<MeshInstance> meshes_;
   std::span<Caster> casters_;
+  std::span<DecalInstance> decals_;
   std::span<float> hull_radii_m_;
   std::span<std::uint8_t> rgba_rows_;  // kRowsPerRead rows on their way from GL to the caller
   std::array<MeshSet::Range, kMeshesMax> mesh_ranges_{};

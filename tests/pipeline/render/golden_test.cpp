@@ -1,15 +1,12 @@
-// Whole pictures against pictures that somebody has looked at. TACTUS_UPDATE_GOLDEN=1 writes them anew: look
-// at them.
+// Whole pictures against pictures that somebody has looked at (golden.hpp).
 #include <gtest/gtest.h>
 
 #include <array>
-#include <cstdlib>
-#include <filesystem>
 #include <string>
 #include <vector>
 
-#include "pipeline/render/png.hpp"
 #include "tests/pipeline/render/drawing.hpp"
+#include "tests/pipeline/render/golden.hpp"
 #include "tests/pipeline/render/picture.hpp"
 #include "tests/pipeline/render/scene.hpp"
 
@@ -17,10 +14,6 @@ namespace tactus::render {
 namespace {
 
 constexpr int kWidth = 160, kHeight = 120;
-
-// Drivers round colours and outlines differently: allowed is a mean difference of 2 of 255, and half a
-// percent of the pixels (outlines) off by more than 24.
-constexpr double kMeanAbsMax = 2.0, kPartFarOffMax = 0.005;
 
 /// A corner of a room as the video shows it: floor of tiles below, wall of stripes above.
 test::Picture room_video() {
@@ -63,26 +56,7 @@ class GoldenTest : public test::DrawingTest {
   void expect_golden(const std::string& name) {
     test::Picture drawn(kWidth, kHeight);
     ASSERT_EQ(draw(inputs_, drawn.rgb), rt::Status::ok);
-    const auto golden_path =
-        std::filesystem::path(TACTUS_SOURCE_DIR) / "tests/pipeline/render/golden" / (name + ".png");
-    if (std::getenv("TACTUS_UPDATE_GOLDEN") != nullptr) {
-      const auto written = write_png(golden_path, drawn.rgb, kWidth, kHeight);
-      ASSERT_TRUE(written) << written.error().message;
-      GTEST_SKIP() << "wrote " << golden_path << "; look at it before you commit it";
-    }
-    const auto golden = test::read_png(golden_path);
-    ASSERT_TRUE(golden.has_value()) << "cannot read " << golden_path;
-    ASSERT_EQ(golden->rgb.size(), drawn.rgb.size());
-    const test::Difference difference = test::compare(drawn, *golden);
-    EXPECT_LE(difference.mean_abs, kMeanAbsMax);
-    EXPECT_LE(difference.part_far_off, kPartFarOffMax);
-    if (HasFailure()) {
-      const auto actual_path =
-          std::filesystem::path(testing::TempDir()) / ("tactus_golden_actual_" + name + ".png");
-      const auto written = write_png(actual_path, drawn.rgb, kWidth, kHeight);
-      std::printf("expected %s, drawn %s\n", golden_path.c_str(),
-                  written ? actual_path.c_str() : written.error().message.c_str());
-    }
+    test::expect_golden(drawn, name);
   }
 
   test::Picture video_;
