@@ -176,8 +176,8 @@ void add_eval(CLI::App& root, const PipelineCommands& pipeline, EvalTrajectoryOp
   surface->callback([&] { command = [&s] { return eval_surface(s); }; });
 }
 
-CLI::App* add_study(CLI::App& root, const PipelineCommands& pipeline, StudyOptions& o, StudyStatsOptions& stats,
-               Command& command) {
+CLI::App* add_study(CLI::App& root, const PipelineCommands& pipeline, StudyOptions& o,
+                    StudyStatsOptions& stats, Command& command) {
   CLI::App* study = root.add_subcommand("study", "The paper's accuracy study, what explains its figures, and its user study");
   study->require_subcommand(1);
   const auto add = [&](const char* name, const char* what, const auto& run) {
@@ -226,8 +226,10 @@ CLI::App* add_study(CLI::App& root, const PipelineCommands& pipeline, StudyOptio
   return study;
 }
 
-void add_study_form(CLI::App& study, const PipelineCommands& pipeline, StudyFormOptions& o, Command& command) {
-  CLI::App* app = study.add_subcommand("form", "Write the user study's questionnaire: one web page that sends nothing anywhere");
+void add_study_form(CLI::App& study, const PipelineCommands& pipeline, StudyFormOptions& o,
+                    Command& command) {
+  CLI::App* app = study.add_subcommand(
+      "form", "Write the user study's questionnaire: one web page that sends nothing anywhere");
   app->add_option("--clips", o.clips, "Folder of clips to be rated, one for each condition: NAME.mp4")
       ->required()
       ->type_name("DIR");
@@ -238,10 +240,13 @@ void add_study_form(CLI::App& study, const PipelineCommands& pipeline, StudyForm
       ->type_name("SECONDS")
       ->check(CLI::Range(0.0, 3600.0))
       ->capture_default_str();
-  app->add_flag("--embed", o.is_embedded, "Put the clips into the page; else it plays the files where they are");
+  app->add_flag("--embed", o.is_embedded,
+                "Put the clips into the page; else it plays the files where they are");
   app->footer(
-      "Each participant gets a random number and with it one of the balanced orders of the clips (Williams 1949). The page\n"
-      "works from a disk and keeps the answers of all who use it; its CSV is what `tactus study stats` reads.");
+      "Each participant gets a random number and with it one of the balanced orders of the clips (Williams "
+      "1949). The page\n"
+      "works from a disk and keeps the answers of all who use it; its CSV is what `tactus study stats` "
+      "reads.");
   app->callback([&command, &o, run = pipeline.study_form] { command = [&o, run] { return run(o); }; });
 }
 

@@ -9,12 +9,11 @@
 #include "firmware_host/repeated_measures.hpp"
 #include "firmware_host/study.hpp"
 #include "firmware_host/study_sets.hpp"
+#include "firmware_host/study_text.hpp"
 #include "firmware_host/summary.hpp"
 
 namespace tactus::firmware {
 namespace {
-
-std::string p_text(double p) { return p < 0.001 ? "p < .001" : "p = " + fixed(p, 3).substr(p < 1 ? 1 : 0); }
 
 /// Degrees of freedom: whole ones without decimals.
 std::string df_text(double df) { return fixed(df, df == std::nearbyint(df) ? 0 : 3); }
@@ -140,11 +139,9 @@ rt::Result<std::string> study_stats(const StudyStatsOptions& options) {
   for (std::size_t c = 0; c < k; ++c) {
     for (std::size_t s = 0; s < n; ++s) column[s] = ratings.at(s, c);
     const Spread& s = spreads.emplace_back(spread_of(column));
-    std::string name = file->conditions[c];
-    name.resize(std::max<std::size_t>(name.size(), 18), ' ');
     char line[160];
     std::snprintf(line, sizeof line, " %5zu  %6.3f  %6.3f   %6.3f to %.3f\n", s.n, s.mean, s.sd, s.ci95_low, s.ci95_high);
-    text += "  " + name + line;
+    text += "  " + padded(file->conditions[c], 18) + line;
     json["conditions"].push_back(
         {{"name", file->conditions[c]}, {"n", s.n}, {"mean", s.mean}, {"sd", s.sd}, {"ci95", {s.ci95_low, s.ci95_high}}});
   }
