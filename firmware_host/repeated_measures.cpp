@@ -62,6 +62,12 @@ Sphericity sphericity_of(const Matrix& covariance, double df_error) {
   return s;
 }
 
+/// A sum of squares, 0 where it is what rounding leaves of one that is 0: some 1e-31 of the ratings' own squares. The
+/// least that can be meant, a hundredth of a point by one of thousands, is 1e-10 of them.
+double beyond_rounding(double squares, double squares_of_ratings) {
+  return squares > 1e-20 * squares_of_ratings ? squares : 0;
+}
+
 double ratio(double effect, double df_effect, double error, double df_error) {
   return effect / df_effect / (error / df_error);
 }
@@ -106,15 +112,16 @@ RepeatedMeasures repeated_measures(const Ratings& ratings) {
   const Eigen::VectorXd of_participant = y.rowwise().mean();
   const Eigen::RowVectorXd of_condition = y.colwise().mean();
   RepeatedMeasures r;
-  r.ss_conditions = nd * (of_condition.array() - grand).square().sum();
+  const double all = y.squaredNorm();
+  r.ss_conditions = beyond_rounding(nd * (of_condition.array() - grand).square().sum(), all);
   r.ss_participants = kd * (of_participant.array() - grand).square().sum();
   const Matrix error = (y.colwise() - of_participant).rowwise() - (of_condition.array() - grand).matrix();
-  r.ss_error = error.squaredNorm();
+  r.ss_error = beyond_rounding(error.squaredNorm(), all);
   const double df_effect = kd - 1, df_error = df_effect * (nd - 1);
   const double f = ratio(r.ss_conditions, df_effect, r.ss_error, df_error);
   const Matrix differences = y * contrasts_of(static_cast<Eigen::Index>(k));
   const Matrix centred = differences.rowwise() - differences.colwise().mean();
-  r.sphericity = sphericity_of(centred.transpose() * centred / (nd - 1), nd - 1);
+  if (r.ss_error > 0) r.sphericity = sphericity_of(centred.transpose() * centred / (nd - 1), nd - 1);
   r.uncorrected = f_test(f, df_effect, df_error);
   const double epsilon = r.sphericity.greenhouse_geisser;
   r.corrected = f_test(f, df_effect * epsilon, df_error * epsilon);
@@ -129,8 +136,14 @@ std::vector<PairTest> pairwise(const Ratings& ratings) {
   std::vector<double> difference(n);
   for (std::size_t a = 0; a < k; ++a)
     for (std::size_t b = a + 1; b < k; ++b) {
-      for (std::size_t s = 0; s < n; ++s) difference[s] = ratings.at(s, a) - ratings.at(s, b);
-      const Spread spread = spread_of(difference);
+      double all = 0;
+      for (std::size_t s = 0; s < n; ++s) {
+        difference[s] = ratings.at(s, a) - ratings.at(s, b);
+        all += ratings.at(s, a) * ratings.at(s, a) + ratings.at(s, b) * ratings.at(s, b);
+      }
+      Spread spread = spread_of(difference);
+      if (beyond_rounding(spread.sd * spread.sd, all) == 0) spread.sd = 0;
+      if (beyond_rounding(spread.mean * spread.mean, all) == 0) spread.mean = 0;
       const double df = static_cast<double>(n - 1), error = spread.sd / std::sqrt(static_cast<double>(n));
       PairTest test{a, b, spread.mean, 0, 0, 0, df, 1, 1};
       if (error > 0 || spread.mean != 0) {
@@ -186,11 +199,17 @@ MixedAnova mixed_anova(const Ratings& ratings, std::span<const std::size_t> grou
     within.row(row) = differences.row(row) - differences_of_group.row(at);
   }
   // Type III: each contrast's mean of group means, whatever the groups' sizes.
-  const double ss_conditions = differences_of_group.colwise().mean().squaredNorm() / (inverse_sizes / (g * g));
-  const double ss_error = within.squaredNorm(), df_participants = nd - g;
+  const double all = y.squaredNorm(), df_participants = nd - g;
+  const double ss_conditions =
+      beyond_rounding(differences_of_group.colwise().mean().squaredNorm() / (inverse_sizes / (g * g)), all);
+  const double ss_error = beyond_rounding(within.squaredNorm(), all);
+  ss_between = beyond_rounding(ss_between, all);
+  ss_participants = beyond_rounding(ss_participants, all);
+  ss_interaction = beyond_rounding(ss_interaction, all);
   MixedAnova anova;
-  anova.epsilon =
-      sphericity_of(within.transpose() * within / df_participants, df_participants).greenhouse_geisser;
+  if (ss_error > 0)
+    anova.epsilon =
+        sphericity_of(within.transpose() * within / df_participants, df_participants).greenhouse_geisser;
   const double df_error = (kd - 1) * df_participants, e = anova.epsilon;
   anova.between = f_test(ratio(ss_between, g - 1, ss_participants, df_participants), g - 1, df_participants);
   anova.conditions = f_test(ratio(ss_conditions, kd - 1, ss_error, df_error), (kd - 1) * e, df_error * e);

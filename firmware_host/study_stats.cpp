@@ -18,8 +18,14 @@ namespace {
 /// Degrees of freedom: whole ones without decimals.
 std::string df_text(double df) { return fixed(df, df == std::nearbyint(df) ? 0 : 3); }
 
+/// A statistic whose error may be 0.
+std::string statistic_text(double value) {
+  if (std::isnan(value)) return "undefined";
+  return std::isinf(value) ? (value < 0 ? "-infinity" : "infinity") : fixed(value, 3);
+}
+
 std::string f_text(const FTest& test) {
-  return "F(" + df_text(test.df_effect) + ", " + df_text(test.df_error) + ") = " + fixed(test.f, 3) + ", " + p_text(test.p);
+  return "F(" + df_text(test.df_effect) + ", " + df_text(test.df_error) + ") = " + statistic_text(test.f) + ", " + p_text(test.p);
 }
 
 nlohmann::json json_of(const FTest& test) {
@@ -130,7 +136,7 @@ rt::Result<std::string> study_stats(const StudyStatsOptions& options) {
   if (n < 2)
     return rt::Error{rt::ExitCode::bad_input, options.ratings.string() + ": " + who + "; at least 2 are needed."};
 
-  std::string text = who + "\n\n  condition             n    mean      SD   95 % of the mean\n";
+  std::string text = who + "\n\n  condition              n    mean      SD   95 % of the mean\n";
   nlohmann::json json = {{"answers", file->answers.size()},
                          {"left_out", {{"not_confirmed", counts[1]}, {"viewed_too_briefly", counts[2]}, {"unanswered", counts[3]}}},
                          {"analysed", n}};
@@ -150,10 +156,10 @@ rt::Result<std::string> study_stats(const StudyStatsOptions& options) {
   const Sphericity& sphericity = anova.sphericity;
   if (k > 2)
     text += "\nSphericity (Mauchly): W = " + fixed(sphericity.w, 3) + ", chi2(" + df_text(sphericity.df) +
-            ") = " + fixed(sphericity.chi2, 3) + ", " + p_text(sphericity.p) + "; epsilon " +
+            ") = " + statistic_text(sphericity.chi2) + ", " + p_text(sphericity.p) + "; epsilon " +
             fixed(sphericity.greenhouse_geisser, 3) + " (Greenhouse and Geisser), " + fixed(sphericity.huynh_feldt, 3) +
             " (Huynh and Feldt)";
-  text += "\nConditions: " + f_text(anova.corrected) + ", partial eta2 = " + fixed(anova.partial_eta2, 3);
+  text += "\nConditions: " + f_text(anova.corrected) + ", partial eta2 = " + statistic_text(anova.partial_eta2);
   if (k > 2) text += " (Greenhouse-Geisser); uncorrected " + f_text(anova.uncorrected);
   text += "\nPairs (Bonferroni)\n";
   json["anova"] = {{"corrected", json_of(anova.corrected)},
@@ -165,7 +171,7 @@ rt::Result<std::string> study_stats(const StudyStatsOptions& options) {
   for (const PairTest& pair : pairwise(ratings)) {
     text += "  " + file->conditions[pair.first] + " - " + file->conditions[pair.second] + ": " +
             fixed(pair.mean_difference, 3) + " (" + fixed(pair.ci95_low, 3) + " to " + fixed(pair.ci95_high, 3) + "), t(" +
-            df_text(pair.df) + ") = " + fixed(pair.t, 3) + ", " + p_text(pair.p_bonferroni) + "\n";
+            df_text(pair.df) + ") = " + statistic_text(pair.t) + ", " + p_text(pair.p_bonferroni) + "\n";
     json["pairs"].push_back({{"first", file->conditions[pair.first]},
                              {"second", file->conditions[pair.second]},
                              {"mean_difference", pair.mean_difference},

@@ -152,5 +152,21 @@ TEST(StudyStats, TwoPeopleAndOneBackgroundAreNoProblem) {
   EXPECT_NE(sut.out.find("one group, nothing to compare"), std::string::npos);
 }
 
+// Tenths are not binary: what they leave of a difference that is the same for everybody is no error to divide by.
+TEST(StudyStats, DifferencesThatAreTheSameForEverybodyHaveNoError) {
+  const test::TemporaryFolder folder;
+  const test::Outcome same = stats(write(folder, kHeader + "a,yes,3.1,12,5.3,20,yes,\nb,yes,4.1,12,6.3,20,no,\n"
+                                                           "c,yes,3.7,12,5.9,20,yes,\nd,yes,4.7,12,6.9,20,no,\n"));
+  ASSERT_EQ(same.code, 0) << same.err;
+  EXPECT_NE(same.out.find("Conditions: F(1, 3) = infinity, p < .001, partial eta2 = 1.000"), std::string::npos) << same.out;
+  EXPECT_NE(same.out.find("t(3) = -infinity, p < .001"), std::string::npos) << same.out;
+  EXPECT_NE(same.out.find("with the conditions F(1, 2) = undefined, p = 1.000"), std::string::npos) << same.out;
+
+  const test::Outcome none = stats(write(folder, kHeader + "a,yes,3.1,12,3.1,20,,\nb,yes,4.3,12,4.3,20,,\nc,yes,9.7,12,9.7,20,,\n"));
+  ASSERT_EQ(none.code, 0) << none.err;
+  EXPECT_NE(none.out.find("Conditions: F(1, 2) = undefined, p = 1.000, partial eta2 = undefined"), std::string::npos) << none.out;
+  EXPECT_NE(none.out.find("none - semantic: 0.000 (0.000 to 0.000), t(2) = 0.000, p = 1.000"), std::string::npos) << none.out;
+}
+
 }  // namespace
 }  // namespace tactus::firmware
