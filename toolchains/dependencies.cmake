@@ -18,6 +18,8 @@ pkg_check_modules(GLES REQUIRED IMPORTED_TARGET glesv2)
 pkg_check_modules(PNG REQUIRED IMPORTED_TARGET libpng)
 # From 1.7 on a program survives the loss of its X server.
 pkg_check_modules(X11 REQUIRED IMPORTED_TARGET x11>=1.7)
+# Where they are not there, the program has no display without a window system.
+pkg_check_modules(KMS IMPORTED_TARGET libdrm gbm)
 pkg_check_modules(OPENAL REQUIRED IMPORTED_TARGET openal)
 # Where it is not there, as on a headset, the program says so instead of writing video.mp4.
 pkg_check_modules(LIBAV IMPORTED_TARGET libavformat "libavcodec>=59.24" libavutil libswscale)

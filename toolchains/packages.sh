@@ -17,8 +17,8 @@ packages_run=(
   libflatbuffers-dev flatbuffers-compiler libxnnpack-dev libpthreadpool-dev libcpuinfo-dev
   # Rendering without a window: headers, and Mesa's software driver, which EGL loads at run time.
   libegl-dev libgles-dev libegl1 libgles2 libegl-mesa0 libgl1-mesa-dri
-  # A window, when there is a screen.
-  libx11-dev
+  # A window, when there is a screen; the screen itself, where no window system has it.
+  libx11-dev libdrm-dev libgbm-dev
   # Sound in space (OpenAL Soft, HRTF), with or without a sound card; video.mp4 with its sound.
   libopenal-dev libavformat-dev libavcodec-dev libavutil-dev libswscale-dev
 )

@@ -46,7 +46,7 @@ EGLConfig choose_config(EGLDisplay display, EGLint surface, EGLint visual) {
                            EGL_BLUE_SIZE,
                            8,
                            EGL_NONE};
-  std::array<EGLConfig, 64> configs{};
+  std::array<EGLConfig, 256> configs{};
   EGLint configs_count = 0;
   if (eglChooseConfig(display, wanted, configs.data(), static_cast<EGLint>(configs.size()), &configs_count) !=
       EGL_TRUE)
@@ -89,8 +89,18 @@ rt::Result<Context> Context::create(const ContextConfig& config) {
 
 rt::Result<Context> Context::create_x11(void* connection, int visual, const ContextConfig& config) {
   set_software_threads(config);
-  EGLDisplay display = open_display(EGL_PLATFORM_X11_EXT, "EGL_EXT_platform_x11", connection);
-  if (display == EGL_NO_DISPLAY) return unavailable("EGL does not draw into windows of this X server");
+  return open_owned(open_display(EGL_PLATFORM_X11_EXT, "EGL_EXT_platform_x11", connection),
+                    "EGL does not draw into windows of this X server", visual);
+}
+
+rt::Result<Context> Context::create_gbm(void* device, int visual, const ContextConfig& config) {
+  set_software_threads(config);
+  return open_owned(open_display(EGL_PLATFORM_GBM_MESA, "EGL_MESA_platform_gbm", device),
+                    "EGL does not draw on this card's screen", visual);
+}
+
+rt::Result<Context> Context::open_owned(void* display, const char* where, int visual) {
+  if (display == EGL_NO_DISPLAY) return unavailable(where);
   auto context = open(display, EGL_WINDOW_BIT, visual);
   if (context)
     context->owns_display_ = true;
@@ -115,12 +125,12 @@ int Context::visual() const {
   return id;
 }
 
-rt::Result<void> Context::attach_x11(unsigned long window) {
+rt::Result<void> Context::attach(void* native) {
   const auto create_surface = reinterpret_cast<PFNEGLCREATEPLATFORMWINDOWSURFACEEXTPROC>(
       eglGetProcAddress("eglCreatePlatformWindowSurfaceEXT"));
-  if (create_surface != nullptr) surface_ = create_surface(display_, config_, &window, nullptr);
+  if (create_surface != nullptr) surface_ = create_surface(display_, config_, native, nullptr);
   if (surface_ == EGL_NO_SURFACE || make_current() != rt::Status::ok)
-    return unavailable("EGL does not draw into its window");
+    return unavailable("EGL does not draw into its surface");
   eglSwapInterval(display_, 1);
   return {};
 }

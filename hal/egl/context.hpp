@@ -21,16 +21,19 @@ class Context {
   /// this machine has no surfaceless EGL or no GLES 3.
   static rt::Result<Context> create(const ContextConfig& config);
 
-  /// The same for a window of an X server. `connection` is Xlib's Display, used by nobody else for EGL; it
-  /// must outlive the context. The window's visual is `visual` where that can be drawn to, see visual().
+  /// The same for windows of an X server: `connection` is Xlib's Display. It is used by nobody else for EGL
+  /// and outlives the context. Of its visuals `visual` is taken where that can be drawn to, see visual().
   /// Boot.
   static rt::Result<Context> create_x11(void* connection, int visual, const ContextConfig& config);
-  /// The visual that the window must be made with.
+  /// The same for a screen without a window system: `device` is libgbm's gbm_device, visuals are its formats.
+  static rt::Result<Context> create_gbm(void* device, int visual, const ContextConfig& config);
+  /// The visual that the window or gbm_surface must be made with.
   [[nodiscard]] int visual() const;
-  /// Draws to `window` from now on, at the screen's rate where the driver can wait for it. The window
-  /// outlives the context. Leaves the context current on the calling thread. Boot. Error: device_unavailable.
-  rt::Result<void> attach_x11(unsigned long window);
-  /// Shows what was drawn to the window. ok | device_lost. Step; may wait for the screen.
+  /// Draws to a surface from now on, at the screen's rate where the driver can wait for it. `native` points
+  /// to an X window's number or to a gbm_surface, which outlives the context. Leaves the context current on
+  /// the calling thread. Boot. Error: device_unavailable.
+  rt::Result<void> attach(void* native);
+  /// Shows what was drawn to the surface. ok | device_lost. Step; may wait for the screen.
   rt::Status swap() noexcept;
 
   Context(Context&& other) noexcept;
@@ -47,6 +50,7 @@ class Context {
  private:
   Context(void* display, void* config, void* context)
       : display_(display), config_(config), context_(context) {}
+  static rt::Result<Context> open_owned(void* display, const char* where, int visual);
   static rt::Result<Context> open(void* display, int surface, int visual);
 
   void* display_ = nullptr;  // EGLDisplay

@@ -2,6 +2,10 @@
 
 #include <GLES3/gl3.h>
 
+#include <array>
+
+#include "hal/egl/letterbox.hpp"
+
 namespace tactus::hal::egl {
 
 rt::Result<Framebuffer> Framebuffer::create(DisplayFormat format, const Context& context) {
@@ -36,6 +40,24 @@ rt::Result<Framebuffer> Framebuffer::create(DisplayFormat format, const Context&
 void Framebuffer::bind() const noexcept {
   glBindFramebuffer(GL_FRAMEBUFFER, name_);
   glViewport(0, 0, format_.width_px, format_.height_px);
+}
+
+void Framebuffer::show(DisplayFormat surface) const noexcept {
+  const Letterbox box = fit(format_, surface);
+  const GLboolean has_scissor = glIsEnabled(GL_SCISSOR_TEST);
+  if (has_scissor == GL_TRUE) glDisable(GL_SCISSOR_TEST);
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, 0);
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, name_);
+  if (box.width_px < surface.width_px || box.height_px < surface.height_px) {
+    constexpr std::array kBlack{0.0F, 0.0F, 0.0F, 1.0F};
+    glClearBufferfv(GL_COLOR, 0, kBlack.data());
+  }
+  const int bottom_px = surface.height_px - box.top_px - box.height_px;  // GL counts from the bottom
+  const bool is_same_size = box.width_px == format_.width_px && box.height_px == format_.height_px;
+  glBlitFramebuffer(0, 0, format_.width_px, format_.height_px, box.left_px, bottom_px,
+                    box.left_px + box.width_px, bottom_px + box.height_px, GL_COLOR_BUFFER_BIT,
+                    is_same_size ? GL_NEAREST : GL_LINEAR);
+  if (has_scissor == GL_TRUE) glEnable(GL_SCISSOR_TEST);
 }
 
 }  // namespace tactus::hal::egl

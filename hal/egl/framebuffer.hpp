@@ -17,13 +17,15 @@ class Framebuffer {
 
   /// Binds it for drawing and reading, with the viewport of its size. Step.
   void bind() const noexcept;
+  /// Copies the picture to the context's surface of that size, scaled and whole with black bars, see
+  /// letterbox.hpp. Step.
+  void show(DisplayFormat surface) const noexcept;
   [[nodiscard]] DisplayFormat format() const { return format_; }
-  [[nodiscard]] std::uint32_t name() const { return name_; }  // GL's
 
  private:
   explicit Framebuffer(DisplayFormat format) : format_(format) {}
   DisplayFormat format_;
-  std::uint32_t name_ = 0;
+  std::uint32_t name_ = 0;  // GL's
 };
 
 }  // namespace tactus::hal::egl

@@ -1,9 +1,6 @@
 #include "hal/egl/x11_window.hpp"
 
-#include <GLES3/gl3.h>
-
 #include <algorithm>
-#include <array>
 #include <cstdlib>
 #include <optional>
 
@@ -61,7 +58,6 @@ struct WindowDisplay::State {
   void take_events() noexcept;
   void take(XEvent& event) noexcept;
   void push_pointer(InputEvent::Kind kind, int x_px, int y_px, unsigned button) noexcept;
-  void draw_to_window() noexcept;
 };
 
 void WindowDisplay::State::open_window(DisplayFormat size, const std::string& title) {
@@ -152,25 +148,6 @@ void WindowDisplay::State::take_events() noexcept {
   }
 }
 
-void WindowDisplay::State::draw_to_window() noexcept {
-  const DisplayFormat picture = framebuffer->format();
-  const Letterbox box = fit(picture, window_size);
-  const GLboolean has_scissor = glIsEnabled(GL_SCISSOR_TEST);
-  if (has_scissor == GL_TRUE) glDisable(GL_SCISSOR_TEST);
-  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, 0);
-  glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer->name());
-  if (box.width_px < window_size.width_px || box.height_px < window_size.height_px) {
-    constexpr std::array kBlack{0.0F, 0.0F, 0.0F, 1.0F};
-    glClearBufferfv(GL_COLOR, 0, kBlack.data());
-  }
-  const int bottom_px = window_size.height_px - box.top_px - box.height_px;  // GL counts from the bottom
-  const bool is_same_size = box.width_px == picture.width_px && box.height_px == picture.height_px;
-  glBlitFramebuffer(0, 0, picture.width_px, picture.height_px, box.left_px, bottom_px,
-                    box.left_px + box.width_px, bottom_px + box.height_px, GL_COLOR_BUFFER_BIT,
-                    is_same_size ? GL_NEAREST : GL_LINEAR);
-  if (has_scissor == GL_TRUE) glEnable(GL_SCISSOR_TEST);
-}
-
 rt::Result<WindowDisplay> WindowDisplay::create(DisplayFormat format, const WindowConfig& config) {
   const char* name = std::getenv("DISPLAY");
   if (name == nullptr || *name == '\0')
@@ -202,7 +179,7 @@ rt::Result<WindowDisplay> WindowDisplay::create(DisplayFormat format, const Wind
   if (state->is_lost || state->window == 0)
     return unavailable(std::string("the X server at DISPLAY=") + name +
                        " has no window for EGL to draw into.");
-  const auto attached = state->context->attach_x11(state->window);
+  const auto attached = state->context->attach(&state->window);
   if (!attached) return attached.error();
   const auto framebuffer = Framebuffer::create(format, *state->context);
   if (!framebuffer) return framebuffer.error();
@@ -230,7 +207,7 @@ rt::Status WindowDisplay::present() noexcept {
   const SigpipeGuard guard;
   state_->take_events();
   if (state_->is_lost) return rt::Status::device_lost;
-  state_->draw_to_window();
+  state_->framebuffer->show(state_->window_size);
   const rt::Status status = state_->context->swap();
   state_->framebuffer->bind();
   if (state_->is_lost || status != rt::Status::ok) {
