@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <vector>
 
+#include "pipeline/render/light_estimate.hpp"
 #include "pipeline/render/resident.hpp"
 #include "tests/pipeline/render/drawing.hpp"
 
@@ -111,6 +113,15 @@ TEST_F(RenderLatencyTest, PicturesOf640x480KeepUpWith30AThread) {
   const double picture_ms = measure("+ overlay", [&] { step(all); });
   const double read_back_ms =
       measure("read-back", [&] { ASSERT_EQ(drawing_->renderer.read_back(rgb), rt::Status::ok); });
+  RenderInputs turned = all;
+  turned.R_video_picture = Rotation::from(Quaternion{1, 0, 0.01, 0}.normalized());
+  measure("all of it, video turned", [&] { step(turned); });
+  std::vector<LightSample> samples(light_samples_max(drawing_->config.camera));
+  for (std::size_t i = 0; i < depth_m.size(); ++i)  // wavy, so that the fit runs to its end
+    depth_m[i] = 1.5F + 0.1F * std::sin(0.02F * static_cast<float>(i % 640)) * std::sin(0.03F * static_cast<float>(i / 640));
+  const LightView view{video, depth_m, drawing_->config.camera, {}};
+  LightFit fit;
+  measure("fit of the light", [&] { ASSERT_EQ(fit_light(view, samples, fit), rt::Status::ok) << fit.spread; });
   EXPECT_LT(picture_ms + read_back_ms, 33.3);
 }
 
