@@ -229,6 +229,64 @@ TEST_F(RendererTest, PixelsWithoutDepthHideNothing) {
   }
 }
 
+// A point of the video at pixel p shows where K R^-1 K^-1 p lies in the picture, and its depth hides there.
+TEST_F(RendererTest, TurnedVideoAndDepthLandWhereTheRotationPutsThem) {
+  const hal::Intrinsics& camera = drawing_->config.camera;
+  const Quaternion q = Quaternion{1, 0.02, -0.035, 0.05}.normalized();
+  const Rotation R_video_picture = Rotation::from(q);
+  RenderInputs inputs;
+  inputs.R_video_picture = R_video_picture;
+  const std::array<Body, 1> bodies = {box({0, 0, 2}, {3.0F, 3.0F, 0.01F})};
+  for (const auto& [u, v] : {std::pair{80, 60}, {30, 25}, {130, 30}, {40, 95}, {120, 100}}) {
+    test::Picture video(kWidth, kHeight);
+    std::vector<float> depth_m(kWidth * kHeight, 0.0F);
+    for (int y = v - 1; y <= v + 1; ++y)
+      for (int x = u - 1; x <= u + 1; ++x) {
+        video.set(x, y, {255, 0, 0});
+        depth_m[static_cast<std::size_t>(y * kWidth + x)] = 1.0F;
+      }
+    const Vec3d ray = R_video_picture.transposed() *
+                      Vec3d{(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1};
+    const double expected_u = camera.fx * ray.x / ray.z + camera.cx;
+    const double expected_v = camera.fy * ray.y / ray.z + camera.cy;
+    const auto expect_spot = [&](const test::Picture& drawn, auto&& is_spot) {
+      double sum_u = 0, sum_v = 0, count = 0;
+      for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x)
+          if (is_spot(drawn.at(x, y))) {
+            sum_u += x;
+            sum_v += y;
+            ++count;
+          }
+      ASSERT_GT(count, 4);
+      EXPECT_NEAR(sum_u / count, expected_u, 0.6);
+      EXPECT_NEAR(sum_v / count, expected_v, 0.6);
+    };
+    inputs.video_rgb = video.rgb;
+    inputs.bodies = {};
+    expect_spot(picture(inputs), [](Rgb8 c) { return c.r == 255; });
+    // A green board behind everything: the spot is what the turned depth hides of it.
+    inputs.bodies = bodies;
+    inputs.depth_m = depth_m;
+    inputs.has_shadows = false;
+    inputs.video_rgb = {};
+    expect_spot(picture(inputs), [](Rgb8 c) { return c.g < 100; });
+    inputs.depth_m = {};
+  }
+}
+
+TEST_F(RendererTest, WhereATurnedVideoDoesNotReachThePictureIsBlack) {
+  const auto video = plain_video({200, 100, 50});
+  const std::vector<MaterialId> labels(kWidth * kHeight, 3);
+  RenderInputs inputs;
+  inputs.video_rgb = video;
+  inputs.labels = labels;
+  inputs.R_video_picture = Rotation::from(Quaternion{1, 0, 0.1, 0}.normalized());  // 11 degrees to the right
+  const test::Picture drawn = picture(inputs);
+  EXPECT_NE(drawn.at(5, 60), Rgb8{});
+  EXPECT_EQ(drawn.at(kWidth - 5, 60), Rgb8{});
+}
+
 TEST_F(RendererTest, NearerBodyHidesTheFartherWhateverTheOrderAndShape) {
   const Body ball = sphere({0, 0, 1}, 0.1, {0, 255, 0});
   Body wall = box({0, 0, 1.5}, {0.5F, 0.5F, 0.05F});
@@ -353,8 +411,11 @@ TEST_F(RendererTest, ResidentSetStaysFlatOver300Frames) {
   const auto video = plain_video({10, 20, 30});
   const std::vector<float> depth_m(kWidth * kHeight, 1.0F);
   const std::vector<MaterialId> labels(kWidth * kHeight, 3);
-  std::vector<Body> bodies(60, sphere({0, 0, 1}, 0.1));
+  std::vector<Body> bodies;
+  for (int i = 0; i < 60; ++i) bodies.push_back(sphere({0.1 * (i % 10) - 0.45, 0.1 * (i / 10) - 0.25, 1}, 0.04));
+  const std::array<Decal, 1> decals = {Decal{DecalKind::cracks, {0, 0, 1}, {0, 0, -1}, 0.1F, {}, 1}};
   RenderInputs inputs;
+  inputs.decals = decals;
   inputs.video_rgb = video;
   inputs.depth_m = depth_m;
   inputs.labels = labels;
