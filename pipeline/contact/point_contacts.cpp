@@ -11,14 +11,21 @@ namespace {
 
 constexpr double kSameFaceCosine = 0.9;  // 25 degrees: the edge between floor and wall is a face of its own
 
-/// Picks up to as many of the group as `out` has room for, 4 at most: the one farthest from the group's
-/// middle, the one farthest from that, then the farthest on either side of the line between them. Ties go to
-/// the lower lattice index, so a box at rest keeps its corners.
+/// Picks up to as many of the group as `out` has room for, 4 at most: of the deepest (within 0.1 mm) the one
+/// farthest from the group's middle, the one farthest from that, then the farthest on either side of the line
+/// between them. Ties go to the lower index, so a box at rest keeps its corners. A body that lies deep in a
+/// surface is lifted by its deep points: one that is held by its sides alone would stay there.
 int spread(const Candidates& all, std::uint8_t group, std::span<FieldContact> out) {
+  double deepest_m = 0;
+  for (std::size_t i = 0; i < all.count; ++i)
+    if (all.group[i] == group) deepest_m = std::max(deepest_m, all.items[i].depth_m);
+  const auto is_member = [&](std::size_t i) {
+    return all.group[i] == group && all.items[i].depth_m >= 0.5 * deepest_m - kContactMarginM;
+  };
   Vec3d middle;
   double members = 0;
   for (std::size_t i = 0; i < all.count; ++i)
-    if (all.group[i] == group) {
+    if (is_member(i)) {
       middle += all.items[i].position_world_m;
       members += 1;
     }
@@ -29,7 +36,7 @@ int spread(const Candidates& all, std::uint8_t group, std::span<FieldContact> ou
     std::size_t best = all.count;
     double best_value = 1e-12;
     for (std::size_t i = 0; i < all.count; ++i) {
-      if (all.group[i] != group) continue;
+      if (!is_member(i)) continue;
       const double value = measure(all.items[i]);
       if (value > best_value + kTieM2 || (best == all.count && value > best_value)) {
         best = i;
@@ -42,9 +49,12 @@ int spread(const Candidates& all, std::uint8_t group, std::span<FieldContact> ou
 
   std::array<std::size_t, 4> chosen{};
   std::size_t chosen_count = 0;
-  std::size_t a = farthest([&](const FieldContact& c) { return squared(c.position_world_m - middle); });
-  if (a == all.count)  // one member: the middle is the point
-    for (a = 0; all.group[a] != group;) ++a;
+  constexpr double kAsDeepM = 0.0001;
+  std::size_t a = farthest([&](const FieldContact& c) {
+    return c.depth_m >= deepest_m - kAsDeepM ? squared(c.position_world_m - middle) : 0.0;
+  });
+  if (a == all.count)  // the deepest is the middle
+    for (a = 0; !is_member(a) || all.items[a].depth_m < deepest_m;) ++a;
   chosen[chosen_count++] = a;
   const Vec3d pa = all.items[a].position_world_m;
   const std::size_t b = farthest([&](const FieldContact& c) { return squared(c.position_world_m - pa); });

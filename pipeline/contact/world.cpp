@@ -27,6 +27,7 @@ constexpr double kSinkMaxM = 0.008;
 constexpr double kSweepLeastM = 0.002;
 constexpr double kCalmSpeed = 0.02;       // of any point of the body
 constexpr std::uint16_t kCalmSteps = 30;  // a quarter of a second
+constexpr double kShiftM = 0.002;         // of a surface under a sleeper, that wakes it: a fifth of a voxel
 constexpr double kWorldRadiusM = 50;
 constexpr int kPairContactsMax = 8;
 static_assert(kFieldContactsMax <= kPairContactsMax);
@@ -460,6 +461,8 @@ void World::collide_pair(dxGeom* a, dxGeom* b) noexcept {
   if (other == nullptr) {
     MaterialDistribution surface;
     slot.on_field = true;
+    slot.support_world_m = deepest_m;
+    slot.support_depth_m = contacts[deepest].geom.depth;
     if (field_.materials(deepest_m, surface)) {
       law = expected_law(slot.properties, surface, materials_);
       manifold.material = most_likely(surface);
@@ -505,6 +508,7 @@ void World::collide_pair(dxGeom* a, dxGeom* b) noexcept {
     joints[i] = dJointCreateContact(world_, joints_, &contact);
     dJointAttach(joints[i], body_a, body_b);
   }
+  if (other == nullptr) slot.support_normal_world = manifold.normal_world;
   contacts_count_ += count;
   if (manifold.impact_speed > kBounceSpeed) {
     manifold.first_feedback = static_cast<std::uint32_t>(feedbacks_count_);
@@ -523,7 +527,7 @@ bool World::fixed_step(ContactSink& sink) noexcept {
   wake_neighbors();
   for (Slot& slot : slots_) {
     if (slot.body == nullptr) continue;
-    if (is_awake(slot.body)) slot.touching = slot.on_field = false;
+    if (is_awake(slot.body)) slot.touching = slot.on_field = slot.on_field && ease_out(slot);
     slot.position_before_m = vec(dBodyGetPosition(slot.body));
   }
 
@@ -587,6 +591,25 @@ void World::fly_on_after_bounce(const Slot& slot, const Vec3d& normal) noexcept 
   const Vec3d p = vec(dBodyGetPosition(slot.body)) + pull * (0.5 * kStepS * kStepS);
   dBodySetLinearVel(slot.body, v.x, v.y, v.z);
   dBodySetPosition(slot.body, p.x, p.y, p.z);
+}
+
+/// A surface that the map moves over the centre of a body would be one that the body is behind of, and touch
+/// it no more. A body that lay on this surface a step ago is carried out on its side, without gaining speed:
+/// true while that goes on.
+bool World::ease_out(const Slot& slot) noexcept {
+  const Vec3d center = vec(dBodyGetPosition(slot.body));
+  double distance_m = 0;
+  if (!field_.distance(center, distance_m) || distance_m >= 0) return false;
+  map::DistanceSample there;
+  if (!field_.sample(center, there)) return false;
+  const Vec3d out = there.gradient.cast<double>();
+  if (out.dot(slot.support_normal_world) < 0.5) return false;
+  const Vec3d p = center + out * std::min(kContactMarginM - distance_m, kPushOutSpeedMax * kStepS);
+  const Vec3d velocity = vec(dBodyGetLinearVel(slot.body));
+  const Vec3d v = velocity - out * velocity.dot(out);
+  dBodySetPosition(slot.body, p.x, p.y, p.z);
+  dBodySetLinearVel(slot.body, v.x, v.y, v.z);
+  return true;
 }
 
 /// After the solver: what left the world goes, flight becomes the exact parabola, the path is swept, calm
@@ -693,7 +716,9 @@ void World::sweep(Slot& slot, bool free_flight) noexcept {
   dBodySetLinearVel(slot.body, v.x, v.y, v.z);
 }
 
-/// The map may take a sleeper's support away. One sleeper a step is asked whether it still touches, in turn.
+/// The map may take a sleeper's support away, or rise over it. One sleeper a step is asked, in turn, whether
+/// it still touches as deep as when it fell asleep. Where the map has forgotten the place (an evicted block)
+/// it sleeps on: what nobody sees need not fall out of the world.
 void World::check_one_sleeper() noexcept {
   sleeper_next_ = sleeper_next_ + 1 < slots_.size() ? sleeper_next_ + 1 : 0;
   Slot& slot = slots_[sleeper_next_];
@@ -702,7 +727,12 @@ void World::check_one_sleeper() noexcept {
   const Vec3d center = vec(dBodyGetPosition(slot.body));
   const int touches = field_contacts(field_, slot.shape, center, Rotation::from(quaternion_of(slot.body)),
                                      kContactMarginM, {}, contacts);
-  if (touches > 0) return;
+  double depth_m = 0;
+  for (int i = 0; i < touches; ++i)
+    depth_m = std::max(depth_m, contacts[static_cast<std::size_t>(i)].depth_m);
+  if (touches > 0 && std::abs(depth_m - slot.support_depth_m) < kShiftM) return;
+  double distance_m = 0;
+  if (touches == 0 && !field_.distance(slot.support_world_m, distance_m)) return;
   dBodyEnable(slot.body);
   slot.calm_steps = 0;
 }

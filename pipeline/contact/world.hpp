@@ -76,7 +76,7 @@ struct BodyState {
   Vec3d velocity_world_m_per_s;
   Vec3d angular_velocity_world_rad_per_s;
   double mass_kg = 0;
-  bool resting = false;  // asleep: costs nothing until something touches it or its support goes
+  bool resting = false;  // asleep: costs nothing until something touches it or its support is seen to be gone
 };
 
 /// One impact of one body, summed over its contact points of that step.
@@ -187,6 +187,9 @@ class World {
     ContactProperties properties;
     double mass_kg = 0;
     Vec3d position_before_m;
+    // Deepest contact with a real surface, the last there was, and its normal towards the body.
+    Vec3d support_world_m, support_normal_world;
+    double support_depth_m = 0;
   };
   /// The contact points of one pair in one step, kept when it may be an impact.
   struct Manifold {
@@ -203,6 +206,7 @@ class World {
   bool fixed_step(ContactSink& sink) noexcept;
   void emit_events(ContactSink& sink) noexcept;
   void fly_on_after_bounce(const Slot& slot, const Vec3d& normal) noexcept;
+  bool ease_out(const Slot& slot) noexcept;
   void settle_body(Slot& slot) noexcept;
   void sweep(Slot& slot, bool free_flight) noexcept;
   void check_one_sleeper() noexcept;

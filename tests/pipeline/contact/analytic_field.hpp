@@ -31,6 +31,8 @@ class AnalyticField {
   /// Nothing is known where this is false.
   void set_seen(bool (*seen)(const Vec3d&)) { seen_ = seen; }
   void set_solid(bool solid) { solid_ = solid; }
+  /// Everything has been seen to be free.
+  void set_empty(bool empty) { empty_ = empty; }
 
   [[nodiscard]] contact::DistanceField field() const {
     contact::DistanceField f;
@@ -52,8 +54,8 @@ class AnalyticField {
  private:
   bool sample(const Vec3d& p, map::DistanceSample& out) const {
     if (!solid_ || (seen_ != nullptr && !seen_(p))) return false;
-    const double d = distance_(p);
     const double truncation = static_cast<double>(kTruncationM);
+    const double d = empty_ ? truncation : distance_(p);
     if (d > truncation || d < -truncation) return false;
     constexpr double h = 1e-5;
     const Vec3d g{distance_(p + Vec3d{h, 0, 0}) - distance_(p - Vec3d{h, 0, 0}),
@@ -68,6 +70,7 @@ class AnalyticField {
   MaterialDistribution materials_{};
   bool labelled_ = true;
   bool solid_ = true;
+  bool empty_ = false;
   bool (*seen_)(const Vec3d&) = nullptr;
 };
 

@@ -347,9 +347,24 @@ TEST(World, SleeperFallsWhenTheMapTakesItsSupportAway) {
   const BodyId id = sut.spawn(ball(0.05, {0, 0.06, 0}));
   sut.run(3);
   ASSERT_TRUE(sut.find(id)->resting);
-  scene.set_solid(false);
+  scene.set_empty(true);
   sut.run(1.5);
   EXPECT_LT(sut.find(id)->position_world_m.y, -0.5);
+}
+
+TEST(World, SleeperStaysWhereTheMapHasForgottenItsSupport) {
+  auto scene = floor_scene();
+  BoundWorld sut(scene.field());
+  const BodyId id = sut.spawn(ball(0.05, {0, 0.06, 0}));
+  sut.run(3);
+  ASSERT_TRUE(sut.find(id)->resting);
+  scene.set_solid(false);
+  sut.run(3);
+  EXPECT_NEAR(sut.find(id)->position_world_m.y, 0.05, 0.001);
+  scene.set_solid(true);
+  sut.world.wake_all();
+  sut.run(3);
+  EXPECT_NEAR(sut.find(id)->position_world_m.y, 0.05, 0.001);
 }
 
 TEST(World, SurfaceThatGrowsOverABodyEasesItOut) {
