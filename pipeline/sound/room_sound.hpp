@@ -1,9 +1,10 @@
 // How the real room answers a sound: a reflection from each large surface, duller by what it is made of.
 //
 // Image sources of the first order (Allen, Berkley 1979, "Image method for efficiently simulating small-room
-// acoustics"). The planes come from the labelled map: 26 rays from the source, hits on one plane taken
-// together; a reflection is kept when rays from the source and from the listener both reach its point on the
-// surface. Where the map is empty there is no answer: what was never seen reflects nothing.
+// acoustics"). The planes come from the labelled map: 26 rays from the source and as many from the listener,
+// each with three beside it where it hits no plane found before. A reflection is kept when rays from source
+// and listener both reach its point on the surface, or one does and the other ends on something that sound
+// bends round. Where the map is empty there is no answer: what was never seen reflects nothing.
 #pragma once
 
 #include <array>
@@ -39,7 +40,7 @@ struct Reflection {
   Vec3d image_world_m;              // the source, mirrored: where the sound seems to come from
   Vec3d point_world_m;              // on the surface
   double path_m = 0;                // from the source by the point to the listener: |image - listener|
-  std::array<double, kBands> gain;  // of the amplitude: sqrt(1 - expected absorption)
+  std::array<double, kBands> gain;  // of the amplitude: sqrt(1 - expected absorption), less round an obstacle
 };
 
 /// Places of a sound and of its hearer. The source may lie on a surface: rays start 8 cm in front of it,
@@ -51,8 +52,8 @@ struct SoundPath {
   Vec3d listener_world_m;
 };
 
-/// The shortest out.size() reflections, shortest first, and how many there are. About 60 rays of 1 to 3 us in
-/// an empty room, at most 52 + 10 * out.size(), each of at most range_m. Step.
+/// The shortest out.size() reflections, shortest first, and how many there are. About 90 rays of 1 to 3 us in
+/// an empty room, at most 500, each of at most range_m. Step.
 int find_reflections(const RoomRays& rays, const contact::MaterialTable& table, const SoundPath& path,
                      double range_m, std::span<Reflection> out) noexcept;
 

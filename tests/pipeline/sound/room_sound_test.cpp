@@ -162,31 +162,55 @@ TEST(RoomSound, FewWanted_ShortestKept) {
   EXPECT_EQ(two[1].path_m, all.all()[1].path_m);
 }
 
-TEST(RoomSound, ScreenBetween_HidesTheWallBehindIt) {
-  // A wall that is reached from the source but, half a metre higher, not from the listener.
-  struct Screened {
-    Shoebox room;
-    [[nodiscard]] RoomRays rays() const {
-      return {this, [](const void* context, const Vec3f& o, const Vec3f& d, float range_m,
-                       map::SurfacePoint& out) noexcept {
-                // From beyond x = 1 and towards +x everything ends at once on a screen.
-                if (o.y > 1.4F && d.x > 0) {
-                  out = {};
-                  out.position_world_m = o + d.normalized() * 0.2F;
-                  out.normal_world = {-1, 0, 0};
-                  return true;
-                }
-                return static_cast<const Screened*>(context)->room.cast(o.cast<double>(), d.cast<double>(),
-                                                                        static_cast<double>(range_m), out);
-              }};
-    }
-  };
-  const Screened room;
+/// A shoebox with a screen at x = 1.5 that begins `low_m` above the floor.
+struct Screened {
+  Shoebox room;
+  double low_m = 0;
+
+  [[nodiscard]] RoomRays rays() const {
+    return {this, [](const void* context, const Vec3f& o, const Vec3f& d, float range_m,
+                     map::SurfacePoint& out) noexcept {
+              const auto& self = *static_cast<const Screened*>(context);
+              const Vec3d from = o.cast<double>(), way = d.cast<double>().normalized();
+              const double s = (1.5 - from.x) / way.x;
+              const Vec3d at = from + way * s;
+              if (way.x > 0 && s > 0 && s < static_cast<double>(range_m) && at.y > self.low_m && at.y < 2.5 &&
+                  std::abs(at.z) < 3) {
+                out = {};
+                out.position_world_m = at.cast<float>();
+                out.normal_world = {-1, 0, 0};
+                return true;
+              }
+              return self.room.cast(from, way, static_cast<double>(range_m), out);
+            }};
+  }
+};
+
+TEST(RoomSound, ScreenAcross_HidesTheWallAndAnswersItself) {
+  const Screened screened;
   const SoundPath path{{0.5, 1, 0.4}, {}, {-0.5, 1.5, -1}};
-  const Found found = found_in(room.rays(), path);
-  const Vec3d behind = images_in(room.room, path.source_world_m)[1];
-  EXPECT_GE(found.count, 1);
+  const Found found = found_in(screened.rays(), path);
+  const Vec3d behind = images_in(screened.room, path.source_world_m)[1];
   EXPECT_GT((found.nearest_to(behind)->image_world_m - behind).norm(), 0.5);
+  const Vec3d on_screen{2.5, 1, 0.4};
+  EXPECT_LT((found.nearest_to(on_screen)->image_world_m - on_screen).norm(), 0.001);
+}
+
+TEST(RoomSound, ScreenThatHidesTheWallFromTheListenerAlone_DullsIt) {
+  // The way there crosses x = 1.5 at 1.10 to 1.15 m, the way back at 1.27 m: a screen from 1.2 m up blocks
+  // one.
+  Screened screened;
+  screened.low_m = 1.2;
+  const SoundPath path{{0.5, 1, 0.4}, {}, {-0.5, 1.5, -1}};
+  const Vec3d wall = images_in(screened.room, path.source_world_m)[1];
+  const Found found = found_in(screened.rays(), path), clear = found_in(screened.room.rays(), path);
+  const Reflection &dull = *found.nearest_to(wall), &bright = *clear.nearest_to(wall);
+  ASSERT_LT((dull.image_world_m - wall).norm(), 0.001);
+  for (std::size_t band = 0; band < kBands; ++band) {
+    const double detour_waves = 2 * 0.05 * std::array{250.0, 1000.0, 4000.0}[band] / 343;
+    EXPECT_NEAR(20 * std::log10(dull.gain[band] / bright.gain[band]), -10 * std::log10(3 + 20 * detour_waves),
+                0.2);
+  }
 }
 
 TEST(RoomSound, RealMapOfAShoebox_ImagesWithinTwoCentimetres) {
