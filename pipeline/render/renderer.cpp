@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/render/font.hpp"
 #include "pipeline/render/palette.hpp"
 #include "pipeline/render/program.hpp"
 #include "pipeline/render/shader_common.hpp"
@@ -17,6 +18,7 @@
 #include "pipeline/render/shader_real.hpp"
 #include "pipeline/render/shader_shadow.hpp"
 #include "pipeline/render/shader_sphere.hpp"
+#include "pipeline/render/shader_text.hpp"
 
 namespace tactus::render {
 namespace {
@@ -112,7 +114,8 @@ rt::Error bad_usage(std::string message) { return {rt::ExitCode::bad_usage, std:
 std::size_t Renderer::bytes_needed(const RenderConfig& config) {
   return rt::bytes_of<SphereInstance>(config.bodies_count_max) +
          rt::bytes_of<MeshInstance>(config.bodies_count_max) + rt::bytes_of<Caster>(2 * config.bodies_count_max) +
-         rt::bytes_of<DecalInstance>(kDecalsMax) + rt::bytes_of<float>(config.hulls.size()) +
+         rt::bytes_of<DecalInstance>(kDecalsMax) + rt::bytes_of<GlyphInstance>(kGlyphInstancesMax) +
+         rt::bytes_of<float>(config.hulls.size()) +
          rt::bytes_of<std::uint8_t>(static_cast<std::size_t>(config.camera.width) * 4 * kRowsPerRead);
 }
 
@@ -158,6 +161,7 @@ rt::Result<void> Renderer::bind(const RenderConfig& config, rt::Slice slice) {
   meshes_ = slice.take<MeshInstance>(config.bodies_count_max);
   casters_ = slice.take<Caster>(2 * config.bodies_count_max);
   decals_ = slice.take<DecalInstance>(kDecalsMax);
+  glyphs_ = slice.take<GlyphInstance>(kGlyphInstancesMax);
   hull_radii_m_ = slice.take<float>(config.hulls.size());
   rgba_rows_ = slice.take<std::uint8_t>(static_cast<std::size_t>(config.camera.width) * 4 * kRowsPerRead);
   std::transform(config.hulls.begin(), config.hulls.end(), hull_radii_m_.begin(), radius_of);
@@ -208,12 +212,14 @@ rt::Result<void> Renderer::link_programs() {
       decal(DecalKind::dent),
       {"shadow of a sphere", false, {kSphereAttributes, kCastSphereVertex, ""}, {kCastSphereFragment, "", "", "", ""}},
       {"shadow of a mesh", false, {kMeshAttributes, kCastMeshVertex, ""}, {kCastMeshFragment, "", "", "", ""}},
+      {"text", false, {kTextVertex, "", ""}, {kTextFragment, "", "", "", ""}},
   }};
   constexpr std::pair<const char*, GLint> kSamplers[] = {{"video", kVideoTexture},
                                                          {"real_depth_m", kDepthTexture},
                                                          {"labels", kLabelsTexture},
                                                          {"palette", kPaletteTexture},
-                                                         {"shadow_map", kShadowTexture}};
+                                                         {"shadow_map", kShadowTexture},
+                                                         {"font", kFontTexture}};
   for (std::size_t i = 0; i < kProgramCount; ++i)
     for (std::size_t warp = 0; warp < (sources[i].has_warp ? 2 : 1); ++warp) {
       const auto& vertex = sources[i].vertex;
@@ -235,10 +241,12 @@ rt::Result<void> Renderer::link_programs() {
 }
 
 rt::Result<void> Renderer::reserve_textures() {
-  constexpr GLenum kFormats[kTextureCount] = {GL_RGB8, GL_R32F, GL_R8UI, GL_RGBA8, GL_DEPTH_COMPONENT16};
+  constexpr GLenum kFormats[kTextureCount] = {GL_RGB8, GL_R32F, GL_R8UI, GL_RGBA8, GL_DEPTH_COMPONENT16,
+                                               GL_R8};
   const GLsizei width = config_.camera.width, height = config_.camera.height;
   const GLsizei sizes[kTextureCount][2] = {
-      {width, height}, {width, height}, {width, height}, {256, 1}, {kShadowMapPixels, kShadowMapPixels}};
+      {width, height}, {width, height}, {width, height}, {256, 1}, {kShadowMapPixels, kShadowMapPixels},
+      {kGlyphsCount * kGlyphWidth, kGlyphHeight}};
   glGenTextures(kTextureCount, textures_);
   for (GLuint i = 0; i < kTextureCount; ++i) {
     glActiveTexture(GL_TEXTURE0 + i);
@@ -250,6 +258,15 @@ rt::Result<void> Renderer::reserve_textures() {
   constexpr Palette kPalette = overlay_palette();
   glActiveTexture(GL_TEXTURE0 + kPaletteTexture);
   glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, 256, 1, GL_RGBA, GL_UNSIGNED_BYTE, kPalette.data());
+
+  std::vector<std::uint8_t> font;
+  for (int y = 0; y < kGlyphHeight; ++y)
+    for (int x = 0; x < kGlyphsCount * kGlyphWidth; ++x)
+      font.push_back(glyph_ink(static_cast<char>(kGlyphFirst + x / kGlyphWidth), x % kGlyphWidth, y) ? 255 : 0);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glActiveTexture(GL_TEXTURE0 + kFontTexture);
+  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, kGlyphsCount * kGlyphWidth, kGlyphHeight, GL_RED, GL_UNSIGNED_BYTE,
+                  font.data());
 
   // Compared while it is read, and the four answers blended: edges are a texel wide.
   glActiveTexture(GL_TEXTURE0 + kShadowTexture);
@@ -311,6 +328,12 @@ void Renderer::reserve_buffers(const MeshSet& meshes) {
   glBindVertexArray(vertex_arrays_[kDecalVertices]);
   reserve(GL_ARRAY_BUFFER, kDecalBuffer, decals_.size_bytes(), nullptr);
   describe_decal_instances(0);
+
+  glBindVertexArray(vertex_arrays_[kGlyphVertices]);
+  reserve(GL_ARRAY_BUFFER, kGlyphBuffer, glyphs_.size_bytes(), nullptr);
+  constexpr std::size_t kGlyph = sizeof(GlyphInstance);
+  describe_attribute(0, 4, GL_SHORT, false, kGlyph, offsetof(GlyphInstance, rectangle_px), 1);
+  describe_attribute(1, 4, GL_UNSIGNED_BYTE, false, kGlyph, offsetof(GlyphInstance, color_glyph), 1);
   glBindVertexArray(0);
 }
 
@@ -330,6 +353,8 @@ rt::Result<void> Renderer::warm_up() {
   inputs.depth_m = depth_m;
   inputs.bodies = bodies;
   inputs.decals = decals;
+  const std::array<TextLine, 1> text = {TextLine{"?", 0, 0, {}, 1}};
+  inputs.text = text;
   for (const bool has_labels : {false, true})
     for (const double turn : {0.0, 0.01}) {
       if (has_labels) inputs.labels = labels;
@@ -390,6 +415,7 @@ rt::Status Renderer::step(const RenderInputs& inputs) noexcept {
   glEnable(GL_DEPTH_TEST);
   if (counts.casters_count > 0) draw_shadows(counts, has_warp);
   if (counts.in_view_count > 0) draw_bodies(counts, has_depth, has_warp);
+  draw_text(build_text(inputs.text, inputs.crosshair, config_.camera.width, config_.camera.height, glyphs_));
   glBindVertexArray(0);
 
   const rt::Status status = take_errors();
@@ -535,6 +561,18 @@ void Renderer::draw_bodies(const InstanceCounts& counts, bool has_depth, bool ha
     use(kSphereProgram, kSphereVertices, has_warp);
     glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(counts.spheres.in_view_count));
   }
+  glDisable(GL_BLEND);
+}
+
+void Renderer::draw_text(std::size_t count) noexcept {
+  if (count == 0) return;
+  glBindBuffer(GL_ARRAY_BUFFER, buffers_[kGlyphBuffer]);
+  glBufferSubData(GL_ARRAY_BUFFER, 0, static_cast<GLsizeiptr>(count * sizeof(GlyphInstance)), glyphs_.data());
+  glDisable(GL_DEPTH_TEST);
+  glEnable(GL_BLEND);
+  glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+  use(kTextProgram, kGlyphVertices);
+  glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(count));
   glDisable(GL_BLEND);
 }
 

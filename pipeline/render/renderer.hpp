@@ -2,7 +2,8 @@
 //
 // Two layers (Chen et al. 2018, section IV-E): the video behind, and in front of it the real surfaces, invisible, which
 // hide what is behind them. The real surfaces are the registered depth image of the same camera and the same moment.
-//   passes   shadow map (512 x 512, from the light); video and label overlay; decals and shadows on the real; bodies
+//   passes   shadow map (512 x 512, from the light); video and label overlay; decals and shadows on the real; bodies;
+//            text
 //   inputs   video, depth, labels, pose, light, bodies, decals; all images in the camera given at bind
 //   output   the framebuffer bound by hal::Display::begin(); read_back() copies it into memory
 //   memory   what bytes_needed() says, and the driver's own, which cannot be fenced (resident.hpp measures it)
@@ -13,6 +14,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "hal/calibration.hpp"
@@ -23,6 +25,7 @@
 #include "pipeline/render/light.hpp"
 #include "pipeline/render/mesh.hpp"
 #include "pipeline/render/shadow.hpp"
+#include "pipeline/render/text.hpp"
 #include "rt/slice.hpp"
 #include "rt/status.hpp"
 
@@ -54,6 +57,8 @@ struct RenderInputs {
   bool has_shadows = true;
   std::span<const Body> bodies;
   std::span<const Decal> decals;  // the first kDecalsMax are drawn; they need depth
+  std::span<const TextLine> text;  // over everything, with or without a pose
+  std::optional<Rgb8> crosshair;   // colour; nothing: none
 };
 
 /// A stage. All calls need a GLES 3 context current on the calling thread, always the same context.
@@ -91,6 +96,7 @@ class Renderer {
     kLabelsTexture,
     kPaletteTexture,
     kShadowTexture,
+    kFontTexture,
     kTextureCount
   };
   enum Program : std::uint8_t {
@@ -106,6 +112,7 @@ class Renderer {
     kDentProgram,
     kCastSphereProgram,
     kCastMeshProgram,
+    kTextProgram,
     kProgramCount
   };
   enum Buffer : std::uint8_t {
@@ -114,11 +121,12 @@ class Renderer {
     kMeshBuffer,
     kCasterBuffer,
     kDecalBuffer,
+    kGlyphBuffer,
     kVertexBuffer,
     kIndexBuffer,
     kBufferCount
   };
-  enum VertexArray : std::uint8_t { kNoVertices, kSphereVertices, kMeshVertices, kPrismVertices, kDecalVertices, kVertexArrayCount };
+  enum VertexArray : std::uint8_t { kNoVertices, kSphereVertices, kMeshVertices, kPrismVertices, kDecalVertices, kGlyphVertices, kVertexArrayCount };
 
   [[nodiscard]] std::size_t pixels_count() const;
   rt::Result<void> link_programs();
@@ -134,6 +142,7 @@ class Renderer {
   void draw_shadow_map(const InstanceCounts& counts) noexcept;
   void draw_shadows(const InstanceCounts& counts, bool has_warp) noexcept;
   void draw_bodies(const InstanceCounts& counts, bool has_depth, bool has_warp) noexcept;
+  void draw_text(std::size_t count) noexcept;
 
   RenderConfig config_;
   Projection projection_{};
@@ -141,6 +150,7 @@ class Renderer {
   std::span<MeshInstance> meshes_;
   std::span<Caster> casters_;
   std::span<DecalInstance> decals_;
+  std::span<GlyphInstance> glyphs_;
   std::span<float> hull_radii_m_;
   std::span<std::uint8_t> rgba_rows_;  // kRowsPerRead rows on their way from GL to the caller
   std::array<MeshSet::Range, kMeshesMax> mesh_ranges_{};

@@ -113,7 +113,13 @@ TEST_F(RenderLatencyTest, PicturesOf640x480KeepUpWith30AThread) {
   const double picture_ms = measure("+ overlay", [&] { step(all); });
   const double read_back_ms =
       measure("read-back", [&] { ASSERT_EQ(drawing_->renderer.read_back(rgb), rt::Status::ok); });
-  RenderInputs turned = all;
+  std::vector<TextLine> text(20, TextLine{"Left trigger: throw  Right trigger: grab", 8, 8, {255, 255, 255}, 1});
+  for (std::size_t i = 0; i < text.size(); ++i) text[i].y_px += static_cast<int>(12 * i);
+  RenderInputs with_text = all;
+  with_text.text = text;
+  with_text.crosshair = Rgb8{255, 255, 255};
+  measure("+ 20 lines of 40 characters", [&] { step(with_text); });
+  RenderInputs turned = with_text;
   turned.R_video_picture = Rotation::from(Quaternion{1, 0, 0.01, 0}.normalized());
   measure("all of it, video turned", [&] { step(turned); });
   std::vector<LightSample> samples(light_samples_max(drawing_->config.camera));
