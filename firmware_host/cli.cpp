@@ -74,18 +74,19 @@ void add_run(CLI::App& root, const PipelineCommands& pipeline, RunOptions& o, Co
   app->add_option("--materials", o.materials, "Table of materials (.toml) instead of the built-in one")
       ->type_name("FILE")
       ->check(CLI::ExistingFile);
-  app->add_option("--app", o.app, "What happens in the room")
-      ->check(CLI::IsMember({"none"}))
+  app->add_option("--app", o.app,
+                  "What happens in the room: balls (none), bullets, or plates; the games leave video.mp4 and sound.wav in --out")
+      ->check(CLI::IsMember({"none", "shooting", "plates"}))
       ->capture_default_str();
-  app->add_option("--script", o.script, "Inputs of the app, for runs without a person")
+  app->add_option("--script", o.script, "What is thrown and shot, when and where (TOML), instead of the app's own")
       ->type_name("FILE")
       ->check(CLI::ExistingFile);
   app->add_option("--collision", o.collision,
                   "How real surfaces act on virtual things: not at all, all alike, or by material")
       ->check(CLI::IsMember({"none", "uniform", "semantic"}))
       ->capture_default_str();
-  app->add_option("--display", o.display, "Show the view in a window")
-      ->check(CLI::IsMember({"none"}))
+  app->add_option("--display", o.display, "Show the view in a window; H there names the keys")
+      ->check(CLI::IsMember({"none", "window"}))
       ->capture_default_str();
   app->add_option("--gravity", o.gravity,
                   "Direction of gravity in the first depth frame, when the source does not know it")

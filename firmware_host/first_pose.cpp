@@ -15,14 +15,20 @@ T_WorldDepth level_pose(const Vec3d& gravity_depth) {
   return {{{right.x, right.y, right.z, up.x, up.y, up.z, back.x, back.y, back.z}}, {}};
 }
 
+std::optional<Vec3d> parse_direction(const std::string& text) {
+  Vec3d v;
+  char end = 0;
+  if (std::sscanf(text.c_str(), "%lf,%lf,%lf%c", &v.x, &v.y, &v.z, &end) != 3) return std::nullopt;
+  if (!(v.norm() > 1e-6) || !std::isfinite(v.norm())) return std::nullopt;
+  return v;
+}
+
 rt::Result<Gravity> find_gravity(const std::string& gravity, const hal::Sensor& sensor) {
   if (!gravity.empty()) {
-    Vec3d g;
-    char end = 0;
-    if (std::sscanf(gravity.c_str(), "%lf,%lf,%lf%c", &g.x, &g.y, &g.z, &end) != 3 || !(g.norm() > 1e-6) ||
-        !std::isfinite(g.norm()))
+    const auto direction = parse_direction(gravity);
+    if (!direction)
       return rt::Error{rt::ExitCode::bad_usage, "--gravity " + gravity + ": it reads x,y,z, not all zero."};
-    return Gravity{g.normalized(), "command line"};
+    return Gravity{direction->normalized(), "command line"};
   }
   if (sensor.gravity_depth) return Gravity{*sensor.gravity_depth, "recording"};
   return Gravity{{0, 1, 0}, "none: the camera is taken as level"};

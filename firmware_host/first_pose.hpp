@@ -1,6 +1,7 @@
 // Where the first frame's camera is taken to be, and what a sensor must offer to be used at all.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "hal/camera.hpp"
@@ -22,5 +23,8 @@ T_WorldDepth level_pose(const Vec3d& gravity_depth);
 
 /// bad_input when the depth images have a size that the stages cannot work on. Pure.
 rt::Result<void> check_depth_size(const std::string& source, const hal::Sensor& sensor);
+
+/// "x,y,z": three numbers that are not all zero. Boot.
+std::optional<Vec3d> parse_direction(const std::string& text);
 
 }  // namespace tactus::firmware

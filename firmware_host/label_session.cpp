@@ -102,7 +102,7 @@ rt::Result<std::unique_ptr<LabelSession>> LabelSession::open(const LabelSessionO
   setup.labels_from_source = session->labels_.from_source;
   setup.label_rule = options.rule;
   setup.frames_expected = opened.frames_count;
-  setup.collision = Collision::none;  // nothing is thrown: contact has no work
+  setup.collision = contact::Collision::none;  // nothing is thrown: contact has no work
   setup.materials = contact::default_material_table();
   if (options.has_true_poses) {
     if (opened.truth.empty())

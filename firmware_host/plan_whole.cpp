@@ -7,7 +7,7 @@ namespace tactus::firmware {
 
 WholePlan plan_whole_program(const Profile& profile, const hal::RigCalibration& rig) {
   tactus::PlanOptions options;
-  options.has_render = true;
+  options.has_render = options.has_sound = true;
   options.scores_width = options.scores_height = Pipeline::kScoresSideMax;
   options.network_bytes = profile.network_bytes;
   WholePlan whole;

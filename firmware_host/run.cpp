@@ -1,6 +1,9 @@
 #include "firmware_host/run.hpp"
 
+#include <algorithm>
+#include <array>
 #include <filesystem>
+#include <memory>
 
 #include "firmware_host/first_pose.hpp"
 #include "firmware_host/open_source.hpp"
@@ -9,31 +12,49 @@
 #include "firmware_host/run_session.hpp"
 #include "firmware_host/run_settings.hpp"
 #include "hal/egl/offscreen.hpp"
+#include "hal/egl/x11_window.hpp"
+#include "hal/openal/loopback_mixer.hpp"
 #include "rt/arena.hpp"
 #include "rt/heap_guard.hpp"
 
 namespace tactus::firmware {
 namespace {
 
-// Without a script: a ball is dropped onto the nearest surface, and three are tossed along the view, so that
-// something lands in sight whatever the camera looks at.
-std::vector<interact::Throw> built_in_throws() {
-  std::vector<interact::Throw> throws = interact::default_drop_script();
-  constexpr struct {
-    std::int64_t at_ms;
-    std::string_view material;
-    double speed;
-  } kTosses[] = {{500, "plastic", 2.6}, {1200, "wood", 3.0}, {2000, "leather", 3.4}};
-  for (const auto& toss : kTosses) {
-    interact::Throw ball;
-    ball.at_time = rt::Duration{toss.at_ms * 1'000'000};
-    ball.shape = contact::Shape::sphere(0.08);
-    ball.material = material_from_name(toss.material);
-    ball.in_front_m = 0.6;
-    ball.speed_m_per_s = toss.speed;
-    throws.push_back(ball);
+constexpr std::array<std::string_view, 3> kAppNames = {"none", "shooting", "plates"};
+
+/// Which of the names; they are checked by the command line.
+template <typename Enum, std::size_t kCount>
+Enum choice(const std::array<std::string_view, kCount>& names, const std::string& name) {
+  return static_cast<Enum>(std::find(names.begin(), names.end(), name) - names.begin());
+}
+
+/// What shows the pictures and takes a hand's orders. Neither: nothing is drawn.
+struct Screen {
+  std::optional<hal::egl::OffscreenDisplay> offscreen;
+  std::optional<hal::egl::WindowDisplay> window;
+
+  [[nodiscard]] hal::Display* display() {
+    if (window) return &*window;
+    return offscreen ? &*offscreen : nullptr;
   }
-  return throws;
+};
+
+/// A window that was asked for and cannot be had is an error; pictures that cannot be drawn are a warning.
+rt::Result<Screen> open_screen(const RunOptions& options, const hal::Intrinsics& camera, std::vector<Note>& notes) {
+  Screen screen;
+  const hal::DisplayFormat format{camera.width, camera.height};
+  if (options.display == "window") {
+    auto window = hal::egl::WindowDisplay::create(format);
+    if (!window) return window.error();
+    screen.window.emplace(std::move(*window));
+  } else if (!options.out.empty()) {
+    auto created = hal::egl::OffscreenDisplay::create(format);
+    if (created)
+      screen.offscreen.emplace(std::move(*created));
+    else
+      notes.push_back({Note::Kind::warning, "No pictures were drawn: " + created.error().message});
+  }
+  return screen;
 }
 
 }  // namespace
@@ -65,9 +86,8 @@ rt::Result<std::string> run(const RunOptions& options) {
   setup.class_map = &labels->class_map;
   setup.labels_from_source = labels->from_source;
   setup.frames_expected = sensor->frames_count;
-  setup.collision = options.collision == "none"      ? Collision::none
-                    : options.collision == "uniform" ? Collision::uniform
-                                                     : Collision::semantic;
+  setup.collision = choice<contact::Collision>(contact::kCollisionNames, options.collision);
+  setup.light = settings->light;
   if (options.materials.empty()) {
     setup.materials = contact::default_material_table();
   } else {
@@ -75,24 +95,33 @@ rt::Result<std::string> run(const RunOptions& options) {
     if (!table) return table.error();
     setup.materials = *table;
   }
+  const hal::Intrinsics& camera =
+      sensor->calibration.has_color ? sensor->calibration.color : sensor->calibration.depth;
+  const auto app = choice<interact::App>(kAppNames, options.app);
   if (options.script.empty()) {
-    setup.throws = built_in_throws();
+    setup.script = interact::default_script(app, camera.width, camera.height);
   } else {
-    auto script = interact::load_drop_script(options.script.string());
+    auto script = interact::load_script(options.script.string());
     if (!script) return script.error();
-    setup.throws = std::move(*script);
+    setup.script = std::move(*script);
   }
-  std::optional<hal::egl::OffscreenDisplay> display;
+
+  // Pictures and sounds. An app leaves a film and its sound; a window is heard, too.
   std::vector<Note> notes;
-  if (!options.out.empty()) {
-    const hal::Intrinsics& camera =
-        sensor->calibration.has_color ? sensor->calibration.color : sensor->calibration.depth;
-    auto created = hal::egl::OffscreenDisplay::create({camera.width, camera.height});
+  auto screen = open_screen(options, camera, notes);
+  if (!screen) return screen.error();
+  setup.display = screen->display();
+  const bool is_window = screen->window.has_value();
+  const bool has_film = app != interact::App::none && !options.out.empty();
+  std::optional<hal::openal::LoopbackMixer> mixer;
+  if (has_film || is_window) {
+    auto created = hal::openal::LoopbackMixer::create();
     if (created) {
-      display.emplace(std::move(*created));
-      setup.display = &*display;
+      mixer.emplace(std::move(*created));
+      setup.mixer = &*mixer;
+      if (!mixer->has_hrtf()) notes.push_back({Note::Kind::note, "Sound is panned: OpenAL has no HRTF here."});
     } else {
-      notes.push_back({Note::Kind::warning, "No pictures were drawn: " + created.error().message});
+      notes.push_back({Note::Kind::warning, "No sound: " + created.error().message});
     }
   }
 
@@ -109,30 +138,66 @@ rt::Result<std::string> run(const RunOptions& options) {
   // Outputs are opened before the session: a folder that cannot be written must not cost a session.
   auto outputs = RunOutputs::create(options.out);
   if (!outputs) return outputs.error();
+  std::unique_ptr<Recorder> recorder;
+  if (has_film || is_window) {
+    RecorderConfig config;
+    config.folder = has_film ? options.out : std::filesystem::path();
+    config.width_px = camera.width;
+    config.height_px = camera.height;
+    config.frame_rate_hz = sensor->frame_rate_hz;
+    config.has_pictures = setup.display != nullptr;
+    config.has_sound = mixer.has_value();
+    config.plays = is_window;
+    auto created = Recorder::create(config);
+    if (!created) return created.error();
+    recorder = std::move(*created);
+  }
 
   // The session.
   catch_signals();
   PictureTaker pictures(sensor->frames_count);
-  PictureTaker* taker = display ? &pictures : nullptr;
+  PresenterParts parts;
+  parts.display = setup.display;
+  parts.input = is_window ? &*screen->window : nullptr;
+  parts.recorder = recorder.get();
+  parts.pictures = setup.display != nullptr && !options.out.empty() ? &pictures : nullptr;
+  parts.draws_every_frame = is_window || (recorder != nullptr && recorder->has_pictures());
+  parts.app = app;
+  parts.frame_rate_hz = sensor->frame_rate_hz;
+  Presenter presenter(parts);
   rt::heap_guard::seal();
   double wall_s = 0;
   if (is_lockstep) {
-    wall_s = run_lockstep(*pipeline, sensor->frame_rate_hz, sensor->frames_count, taker);
+    wall_s = run_lockstep(*pipeline, sensor->frame_rate_hz, sensor->frames_count, presenter, recorder.get());
   } else {
-    auto ran =
-        run_realtime(*pipeline, sensor->frame_rate_hz, false, sensor->frames_count, setup.display, taker);
+    auto ran = run_realtime(*pipeline, sensor->frame_rate_hz, false, sensor->frames_count, presenter, recorder.get());
     if (!ran) return ran.error();
     wall_s = *ran;
   }
   pipeline->finish_labels();
   rt::heap_guard::unseal();
+  rt::Result<void> recorded;
+  if (recorder != nullptr) {
+    recorded = recorder->close(*pipeline, rt::Clock::monotonic());
+    notes.insert(notes.end(), recorder->notes().begin(), recorder->notes().end());
+  }
+  notes.insert(notes.end(), presenter.notes().begin(), presenter.notes().end());
 
   // What came of it.
-  RunFacts facts{
-      &options,        &*settings,      &*labels, &plan,
-      &*arena,         gravity->origin, wall_s,   display ? pictures.take() : std::vector<Picture>{},
-      std::move(notes)};
-  return outputs->write(facts, *pipeline, *sensor);
+  RunFacts facts{&options,
+                 &*settings,
+                 &*labels,
+                 &plan,
+                 &*arena,
+                 gravity->origin,
+                 wall_s,
+                 parts.pictures != nullptr ? pictures.take() : std::vector<Picture>{},
+                 std::move(notes)};
+  if (recorder != nullptr) facts.pictures_recorded = recorder->pictures_written();
+  auto written = outputs->write(facts, *pipeline, *sensor);
+  // A film that failed does not keep the rest from being written.
+  if (written && !recorded) return recorded.error();
+  return written;
 }
 
 }  // namespace tactus::firmware

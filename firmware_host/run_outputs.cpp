@@ -115,25 +115,81 @@ void add_labels(RunResult& result, const RunFacts& facts, const Pipeline& pipeli
             [](const LabelResult& a, const LabelResult& b) { return a.surface_share > b.surface_share; });
 }
 
-void add_events(RunResult& result, const Pipeline& pipeline) {
-  const auto contacts = pipeline.contacts();
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const contact::ContactEvent& c = contacts[i];
-    RunEvent event;
-    event.time = pipeline.contact_frames()[i].time;
-    event.frame = pipeline.contact_frames()[i].sequence;
-    event.kind = "contact";
-    const auto name = [](MaterialId id) {
-      return id < kMaterialCount ? std::string(kMaterialNames[id]) : std::string("unknown");
-    };
-    event.text = name(c.body_material) + " on " + name(c.material);
-    event.material = c.material;
-    event.position_world_m = c.position_world_m;
-    event.values = {{"body", c.body.index},
-                    {"impulse_n_s", c.impulse_n_s},
-                    {"impact_speed_m_per_s", c.impact_speed_m_per_s}};
-    result.events.push_back(std::move(event));
+std::string material_text(MaterialId id) {
+  return id < kMaterialCount ? std::string(kMaterialNames[id]) : std::string("unknown");
+}
+
+RunEvent run_event(const interact::GameEvent& game) {
+  RunEvent event;
+  event.time = game.frame.time;
+  event.frame = game.frame.sequence;
+  event.kind = interact::kGameEventNames[static_cast<std::size_t>(game.kind)];
+  event.position_world_m = game.position_world_m;
+  if (game.order_index >= 0) event.values.emplace_back("order", game.order_index);
+  switch (game.kind) {
+    case interact::GameEventKind::thrown:
+      event.text = material_text(game.body_material) + " is thrown";
+      event.values.emplace_back("body", game.body_index);
+      event.values.emplace_back("speed_m_per_s", game.impact_speed_m_per_s);
+      return event;
+    case interact::GameEventKind::shot:
+      event.text = "a shot";
+      event.values.emplace_back("energy_j", game.energy_j);
+      return event;
+    case interact::GameEventKind::contact:
+    case interact::GameEventKind::broke: event.values.emplace_back("body", game.body_index); break;
+    case interact::GameEventKind::hit: break;
   }
+  event.text = material_text(game.body_material) + " on " + material_text(game.material) + ": " +
+               std::string(contact::kOutcomeNames[static_cast<std::size_t>(game.outcome)]);
+  event.material = game.material;
+  event.values.emplace_back("probability", static_cast<double>(game.probability));
+  event.values.emplace_back("impulse_n_s", game.impulse_n_s);
+  event.values.emplace_back("impact_speed_m_per_s", game.impact_speed_m_per_s);
+  event.values.emplace_back("energy_j", game.energy_j);
+  if (game.chips_count > 0) {
+    event.values.emplace_back("chips", game.chips_count);
+    event.values.emplace_back("chips_mass_kg", game.chips_mass_kg);
+    event.values.emplace_back("chips_speed_m_per_s", game.chips_speed_m_per_s);
+  }
+  if (game.mark_index >= 0) event.values.emplace_back("mark", game.mark_index);
+  return event;
+}
+
+void add_events(RunResult& result, const Pipeline& pipeline) {
+  for (const interact::GameEvent& event : pipeline.game().events()) result.events.push_back(run_event(event));
+  const interact::GameCounters& counters = pipeline.game().counters();
+  GameResult& game = result.game;
+  game.throws = counters.throws;
+  game.shots = counters.shots;
+  game.misses = counters.misses;
+  game.broken = counters.broken;
+  game.chips = counters.chips;
+  game.marks = counters.marks;
+  game.orders_refused = counters.orders_refused;
+  game.events_dropped = counters.events_dropped;
+  const sound::SoundCounts& sounds = pipeline.sound().counts();
+  game.sounds = sounds.sounds;
+  game.reflections = sounds.reflections;
+  game.sounds_left_out = sounds.left_out + counters.cues_dropped + pipeline.counts().cues_dropped;
+}
+
+/// Virtual things a finger's length to an arm's beyond the hand: where an overlay's error is looked at.
+constexpr double kOverlayDepthM = 2;
+
+void add_display(RunResult& result, const RunFacts& facts, const Pipeline& pipeline, const hal::Sensor& sensor) {
+  DisplayResult& display = result.display;
+  display.pictures_recorded = facts.pictures_recorded;
+  display.camera_to_photon_ms = summary_of(pipeline.photon_latency());
+  std::vector<evaluate::StampedPose> predicted;
+  for (const TrackedPose& pose : pipeline.predictions()) predicted.push_back({pose.time, pose.T_world_depth});
+  const hal::Intrinsics& camera = sensor.calibration.depth;
+  display.predicted_to_tracked =
+      evaluate::overlay_error(predicted, result.trajectory, {}, camera, kOverlayDepthM);
+  if (!result.accuracy) return;
+  const evaluate::Alignment& aligned = result.accuracy->T_truth_estimate_first;
+  display.predicted_to_truth = evaluate::overlay_error(predicted, result.truth, aligned, camera, kOverlayDepthM);
+  display.tracked_to_truth = evaluate::overlay_error(result.trajectory, result.truth, aligned, camera, kOverlayDepthM);
 }
 
 // The model as tracking saw it last, in two pictures: shape, and colour of the map.
@@ -277,6 +333,7 @@ rt::Result<std::string> RunOutputs::write(const RunFacts& facts, const Pipeline&
     if (accuracy) result.accuracy = *accuracy;
   }
   add_events(result, pipeline);
+  add_display(result, facts, pipeline, sensor);
   result.pictures = facts.pictures;
   result.notes = facts.notes;
   if (!facts.labels->remark.empty()) result.notes.push_back({Note::Kind::note, facts.labels->remark});

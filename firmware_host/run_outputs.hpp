@@ -25,6 +25,7 @@ struct RunFacts {
   double wall_s;
   std::vector<Picture> pictures;
   std::vector<Note> notes;
+  std::uint64_t pictures_recorded = 0;  // in video.mp4
 };
 
 class RunOutputs {

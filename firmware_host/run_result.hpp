@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "firmware_host/machine.hpp"
+#include "pipeline/evaluate/overlay.hpp"
 #include "pipeline/evaluate/trajectory.hpp"
 #include "pipeline/label/material.hpp"
 #include "pipeline/map/refine_labels.hpp"
@@ -92,6 +93,20 @@ struct Note {
   std::string text;
 };
 
+/// What the games did.
+struct GameResult {
+  std::uint64_t throws = 0, shots = 0, misses = 0, broken = 0, chips = 0, marks = 0;
+  std::uint64_t orders_refused = 0, events_dropped = 0;
+  std::uint64_t sounds = 0, reflections = 0, sounds_left_out = 0;
+};
+
+/// How the pictures fit the room. Predicted: one frame ahead, from the poses until then.
+struct DisplayResult {
+  std::uint64_t pictures_recorded = 0;  // in video.mp4
+  LatencySummary camera_to_photon_ms;   // count 0: nothing was drawn
+  evaluate::OverlayError predicted_to_tracked, predicted_to_truth, tracked_to_truth;  // poses_count 0: unknown
+};
+
 struct FrameCounts {
   std::uint64_t in = 0;        // delivered by the sensor
   std::uint64_t tracked = 0;   // with a trusted pose
@@ -138,6 +153,8 @@ struct RunResult {
   std::optional<evaluate::TrajectoryReport> accuracy;  // with truth
   std::optional<double> surface_error_mean_m;          // where the source knows its surface
   std::vector<RunEvent> events;
+  GameResult game;
+  DisplayResult display;
   std::vector<Picture> pictures;  // the first one is shown large
   std::vector<Note> notes;
 

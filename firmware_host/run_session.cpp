@@ -13,7 +13,6 @@ namespace {
 
 constexpr rt::Duration kContactPeriod{16'666'667};  // two physics steps
 constexpr rt::Duration kIdle{500'000};              // between looks into an empty ring
-constexpr float kHiddenMin = 0.2f, kHiddenMax = 0.8f;
 
 extern "C" void on_signal(int) { interrupted.store(true, std::memory_order_relaxed); }
 
@@ -28,57 +27,8 @@ void catch_signals() {
   sigaction(SIGTERM, &action, nullptr);
 }
 
-PictureTaker::PictureTaker(std::uint64_t frames_expected)
-    : every_(frames_expected > 0 ? std::max<std::uint64_t>(1, frames_expected / 4) : 60) {}
-
-Picture PictureTaker::grab(Pipeline& pipeline, rt::Clock clock, float overlay, const std::string& title,
-                           const std::string& caption) {
-  Picture picture;
-  if (pipeline.render_round(clock, overlay) != rt::Status::ok) return picture;
-  picture.title = title;
-  picture.caption = caption;
-  picture.width = pipeline.picture_camera().width;
-  picture.height = pipeline.picture_camera().height;
-  picture.rgb.assign(pipeline.picture().begin(), pipeline.picture().end());
-  return picture;
-}
-
-void PictureTaker::consider(Pipeline& pipeline, rt::Clock clock, std::uint64_t frame) {
-  const auto hidden = pipeline.occluded_share();
-  if (hidden && *hidden >= kHiddenMin && *hidden <= kHiddenMax) {
-    const float good = *hidden <= 0.5f ? *hidden : 1.0f - *hidden;  // half hidden shows it best
-    if (good > best_hidden_ + 0.02f) {
-      Picture picture =
-          grab(pipeline, clock, 0, "Virtual things behind real ones",
-               "Frame " + std::to_string(frame) + ": real depth hides " +
-                   std::to_string(static_cast<int>(*hidden * 100)) + " % of what was thrown into the room.");
-      if (picture.width > 0) {
-        hidden_ = std::move(picture);
-        best_hidden_ = good;
-      }
-    }
-  }
-  if (frame % every_ == every_ - 1 && spread_.size() < 8) {
-    for (const float overlay : {0.0f, 0.6f}) {
-      Picture picture =
-          grab(pipeline, clock, overlay, overlay > 0 ? "Materials" : "Video and virtual things",
-               "Frame " + std::to_string(frame) +
-                   (overlay > 0 ? ": the map's labels over the video." : ": as a headset would show it."));
-      if (picture.width > 0) spread_.push_back(std::move(picture));
-    }
-  }
-}
-
-std::vector<Picture> PictureTaker::take() {
-  std::vector<Picture> all;
-  if (hidden_.width > 0) all.push_back(std::move(hidden_));
-  for (auto it = spread_.rbegin(); it != spread_.rend(); ++it)
-    all.push_back(std::move(*it));  // late maps are fuller
-  return all;
-}
-
-double run_lockstep(Pipeline& pipeline, double frame_rate_hz, std::uint64_t frames_expected,
-                    PictureTaker* pictures) {
+double run_lockstep(Pipeline& pipeline, double frame_rate_hz, std::uint64_t frames_expected, Presenter& presenter,
+                    Recorder* recorder) {
   const rt::Clock clock = rt::Clock::monotonic();
   const rt::Duration frame_time{static_cast<std::int64_t>(1e9 / frame_rate_hz)};
   Progress progress("lockstep", frames_expected, clock);
@@ -91,8 +41,11 @@ double run_lockstep(Pipeline& pipeline, double frame_rate_hz, std::uint64_t fram
     (void)pipeline.spine_round(clock, rt::kNoDeadline);
     (void)pipeline.segment_round(clock);
     (void)pipeline.refine_round(clock);
+    presenter.begin_round(pipeline);
     (void)pipeline.contact_round(clock, frame_time);
-    if (pictures != nullptr) pictures->consider(pipeline, clock, frame);
+    presenter.end_round(pipeline, clock, frame);
+    if (recorder != nullptr) (void)recorder->round(pipeline, clock);
+    if (presenter.wants_to_end()) interrupted.store(true);
     progress.update(++frame);
   }
   return (clock.now() - begin).seconds();
@@ -102,8 +55,8 @@ namespace {
 
 struct Realtime {
   Pipeline* pipeline = nullptr;
-  hal::Display* display = nullptr;
-  PictureTaker* pictures = nullptr;
+  Presenter* presenter = nullptr;
+  Recorder* recorder = nullptr;
   rt::Clock clock = rt::Clock::monotonic();
   rt::Duration frame_time{};
   bool is_live = false;
@@ -159,33 +112,37 @@ void refine_main(void* context) {
 void present_main(void* context) {
   auto& run = *static_cast<Realtime*>(context);
   rt::Cadence cadence(kContactPeriod, run.clock.now());
-  std::uint64_t considered = 0;
   while (!run.spine_is_over.load(std::memory_order_acquire)) {
     run.clock.sleep_until(cadence.next());
+    run.presenter->begin_round(*run.pipeline);
     (void)run.pipeline->contact_round(run.clock, kContactPeriod);
-    const std::uint64_t frame = run.frames_done.load(std::memory_order_relaxed);
-    if (run.pictures != nullptr && frame > considered) {
-      run.pictures->consider(*run.pipeline, run.clock, frame);
-      considered = frame;
-    }
+    run.presenter->end_round(*run.pipeline, run.clock, run.frames_done.load(std::memory_order_relaxed));
+    if (run.presenter->wants_to_end()) interrupted.store(true);
     cadence.arm(run.clock.now());
   }
-  if (run.display != nullptr) run.display->release();
+  run.presenter->release();
+}
+
+/// Encodes and mixes: both allocate and write files, so they have a thread that nobody waits for.
+void sound_main(void* context) {
+  auto& run = *static_cast<Realtime*>(context);
+  if (run.recorder == nullptr) return;
+  while (!run.spine_is_over.load(std::memory_order_acquire))
+    if (!run.recorder->round(*run.pipeline, run.clock)) run.clock.sleep_until(run.clock.now() + rt::Duration{2'000'000});
 }
 
 }  // namespace
 
-rt::Result<double> run_realtime(Pipeline& pipeline, double frame_rate_hz, bool is_live,
-                                std::uint64_t frames_expected, hal::Display* display,
-                                PictureTaker* pictures) {
+rt::Result<double> run_realtime(Pipeline& pipeline, double frame_rate_hz, bool is_live, std::uint64_t frames_expected,
+                                Presenter& presenter, Recorder* recorder) {
   Realtime run;
   run.pipeline = &pipeline;
-  run.display = display;
-  run.pictures = pictures;
+  run.presenter = &presenter;
+  run.recorder = recorder;
   run.frame_time = {static_cast<std::int64_t>(1e9 / frame_rate_hz)};
   run.is_live = is_live;
   const rt::HostTime begin = run.clock.now();
-  // Priorities fall from the spine to the network. Rendering through a software driver needs a deep stack.
+  // Priorities fall from the spine to the network, the refiner and the films. Rendering through a software driver needs a deep stack.
   const struct {
     rt::ThreadSpec spec;
     rt::RtThread::Function function;
@@ -210,6 +167,11 @@ rt::Result<double> run_realtime(Pipeline& pipeline, double frame_rate_hz, bool i
         .priority = 0,
         .stack_bytes = std::size_t{256} << 10},
        refine_main},
+      {{.name = "sound",
+        .policy = rt::SchedulingPolicy::normal,
+        .priority = 0,
+        .stack_bytes = std::size_t{8} << 20},
+       sound_main},
       {{.name = "capture",
         .policy = rt::SchedulingPolicy::fifo,
         .priority = 70,
@@ -217,7 +179,7 @@ rt::Result<double> run_realtime(Pipeline& pipeline, double frame_rate_hz, bool i
        capture_main},
   };
   {
-    std::array<rt::RtThread, 5> threads;
+    std::array<rt::RtThread, 6> threads;
     for (std::size_t i = 0; i < threads.size(); ++i) {
       auto started = rt::RtThread::start(table[i].spec, table[i].function, &run);
       if (!started) {

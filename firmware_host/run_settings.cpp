@@ -3,6 +3,7 @@
 #include <array>
 #include <charconv>
 
+#include "firmware_host/first_pose.hpp"
 #include "hal/toml/toml_text.hpp"
 
 namespace tactus::firmware {
@@ -76,13 +77,21 @@ constexpr std::array kKeys = {
 std::string known_keys() {
   std::string names;
   for (const Key& key : kKeys) names += std::string(names.empty() ? "" : ", ") + key.name;
-  return names + ", labels.source, labels.class_map, labels.crf, labels.keyframes";
+  return names + ", labels.source, labels.class_map, labels.crf, labels.keyframes, light.toward";
 }
 
 rt::Result<void> apply(RunSettings& settings, const std::string& key, const std::string& text,
                        const std::string& where) {
   if (key == "labels.class_map") {
     settings.class_map = text;
+    return {};
+  }
+  if (key == "light.toward") {
+    const auto toward = parse_direction(text);
+    if (!toward)
+      return wrong(where, "light.toward is three numbers X,Y,Z (world, y up) that are not all zero, not '" + text + "'.");
+    settings.light = render::Light{};
+    settings.light->toward_world = toward->cast<float>();
     return {};
   }
   if (key == "labels.crf") {
@@ -167,6 +176,7 @@ const char* settings_help() {
          "  map.blocks_capacity map.voxel_size_m map.truncation_m map.free_blocks_min depth.max_m\n"
          "  relocalize.keyframes threads bodies memory.max_mib trace.records\n"
          "  labels.source = auto | network | truth | off      labels.class_map = FILE.toml\n"
+         "  light.toward = X,Y,Z (world, y up; else the light is estimated from the video)\n"
          "  labels.crf = on | off      labels.keyframes = every | adaptive\n"
          "  keyframe.every_frames; of adaptive: keyframe.gap_min_frames .wait_max_frames .new_share "
          ".weak_share\n"

@@ -1,12 +1,14 @@
 // The profile of a run: a built-in one or a TOML file, with single values changed by --set key=value.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "pipeline/profile.hpp"
+#include "pipeline/render/light.hpp"
 #include "rt/status.hpp"
 
 namespace tactus::firmware {
@@ -19,6 +21,7 @@ struct RunSettings {
   std::string profile_name;
   LabelSource label_source = LabelSource::automatic;
   std::string class_map;  // file; empty: the built-in one for the network
+  std::optional<render::Light> light;  // unset: estimated from the video
 };
 
 /// Keys that --set and a profile file take, one line each, for --help.

@@ -82,6 +82,35 @@ json accuracy_json(const evaluate::TrajectoryReport& a) {
           {"rpe_per_metre_mm", millimetres(a.per_metre.translation_m)}};
 }
 
+json overlay_json(const evaluate::OverlayError& e) {
+  return {{"poses", e.poses_count}, {"p50", e.p50_px}, {"p95", e.p95_px}, {"max", e.max_px}};
+}
+
+json display_json(const DisplayResult& d) {
+  json j = {{"pictures_recorded", d.pictures_recorded}, {"camera_to_photon_ms", latency_json(d.camera_to_photon_ms)}};
+  const auto add = [&](const char* name, const evaluate::OverlayError& error) {
+    if (error.poses_count > 0) j[name] = overlay_json(error);
+  };
+  add("predicted_to_tracked_px", d.predicted_to_tracked);
+  add("predicted_to_truth_px", d.predicted_to_truth);
+  add("tracked_to_truth_px", d.tracked_to_truth);
+  return j;
+}
+
+json game_json(const GameResult& g) {
+  return {{"throws", g.throws},
+          {"shots", g.shots},
+          {"misses", g.misses},
+          {"broken", g.broken},
+          {"chips", g.chips},
+          {"marks", g.marks},
+          {"orders_refused", g.orders_refused},
+          {"events_dropped", g.events_dropped},
+          {"sounds", g.sounds},
+          {"reflections", g.reflections},
+          {"sounds_left_out", g.sounds_left_out}};
+}
+
 }  // namespace
 
 json summary_json(const RunResult& r) {
@@ -143,6 +172,8 @@ json summary_json(const RunResult& r) {
       {"geometry_hash", hexadecimal(r.geometry_hash)},
       {"label_hash", hexadecimal(r.label_hash)},
       {"events", r.events.size()},
+      {"game", game_json(r.game)},
+      {"display", display_json(r.display)},
       {"notes", std::move(notes)},
   };
   if (r.accuracy) j["accuracy"] = accuracy_json(*r.accuracy);

@@ -25,9 +25,10 @@ enum class Stage : std::uint8_t {
   segment,
   refine,
   contact,
-  render
+  render,
+  sound
 };
-inline constexpr std::size_t kStagesCount = 10;
+inline constexpr std::size_t kStagesCount = 11;
 
 struct StageBudget {
   Stage stage;
@@ -53,6 +54,7 @@ inline constexpr std::array<StageBudget, kStagesCount> kBudgets = {{
      rt::WhenLate::run},  // 2 ms a frame on average; p99: one lattice of a region
     {Stage::contact, "contact", "present", 2_ms, 4_ms, rt::WhenLate::run},
     {Stage::render, "render", "present", 16_ms, 33_ms, rt::WhenLate::skip},
+    {Stage::sound, "sound", "sound", 8_ms, 20_ms, rt::WhenLate::run},  // one video frame's worth of samples
 }};
 
 constexpr const StageBudget& budget_of(Stage stage) { return kBudgets[static_cast<std::size_t>(stage)]; }

@@ -1,8 +1,12 @@
 #include "pipeline/memory_plan.hpp"
 
+#include <array>
+
 #include "pipeline/map/pin_surface.hpp"
 #include "pipeline/messages.hpp"
+#include "pipeline/render/light_estimate.hpp"
 #include "pipeline/render/renderer.hpp"
+#include "pipeline/sound/sound_stage.hpp"
 #include "rt/trace.hpp"
 
 namespace tactus {
@@ -65,23 +69,31 @@ void plan_memory(const Profile& profile, const hal::RigCalibration& rig, const P
   if (options.network_bytes > 0)
     plan.add(row("network", {{"weights and activations", 1}}, options.network_bytes, "segment",
                  "XNNPACK's pool; not counted in the profile's limit"));
-  contact::WorldConfig world;
-  world.bodies_capacity = profile.bodies_capacity;
-  plan.add(row("contact", {{"bodies and ODE", 1}}, contact::World::bytes_needed(world), "contact",
+  plan.add(row("contact", {{"bodies and ODE", 1}}, contact::World::bytes_needed(world_config(profile)), "contact",
                "ODE's heap and step memory, fenced in"));
+  plan.add(row("interact", {{"games", 1}}, interact::Game::bytes_needed(game_config(profile)), "present",
+               "hulls of pieces and chips, a tag a body, events, marks, sound cues"));
+  if (options.has_sound)
+    plan.add(row("sound", {{"clips", 1}}, sound::SoundStage::bytes_needed({}), "sound",
+                 "clips of impacts of up to a second; OpenAL's own memory cannot be fenced in"));
   if (options.has_render) {
     render::RenderConfig config;
     config.camera = rig.has_color ? rig.color : rig.depth;
+    const std::array<render::HullMesh, interact::ThingCatalogue::kHullsCount> hulls{};  // their number is what counts
+    config.hulls = hulls;
     plan.add(row("render", {{"instances and rows", 1}}, render::Renderer::bytes_needed(config), "render",
                  "the driver's own memory cannot be fenced in: see mesa"));
+    plan.add(row("light", {{"samples", 1}}, render::LightEstimate::bytes_needed(config.camera), "render",
+                 "a normal and a colour of every 64th pixel"));
     const std::size_t pixels = pixels_count(config.camera);
     plan.add(row("picture", {{"depth, labels and colours", 1}},
                  rt::bytes_of<float>(pixels) + rt::bytes_of<MaterialId>(pixels) +
-                     rt::bytes_of<std::uint8_t>(3 * pixels),
+                     rt::bytes_of<std::uint8_t>(3 * pixels) + kFramesCount * rt::bytes_of<std::uint16_t>(half),
                  "render",
-                 "the drawn camera's view of the real: metres, material ids; and the picture read back"));
+                 "the drawn camera's view of the real: metres, material ids; the picture read back; the model's half-size "
+                 "depth beside each frame"));
   }
-  plan.add(row("trace", {{"spine", 1}, {"present", 1}, {"segment", 1}, {"capture", 1}, {"refine", 1}},
+  plan.add(row("trace", {{"spine", 1}, {"present", 1}, {"segment", 1}, {"capture", 1}, {"refine", 1}, {"sound", 1}},
                rt::TraceRing::bytes_needed(profile.trace_records_count), "runner",
                "newest records of each thread"));
   if (has_labels && profile.refines_labels) {  // the last: it takes what is left

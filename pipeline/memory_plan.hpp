@@ -9,7 +9,7 @@ namespace tactus {
 
 /// What of the pipeline is there this time.
 struct PlanOptions {
-  bool has_render = false;
+  bool has_render = false, has_sound = false;
   bool labels_from_source = false;
   std::size_t network_bytes = 0;            // 0: no network
   int scores_width = 0, scores_height = 0;  // 0: no labels, nothing to refine

@@ -16,6 +16,7 @@ namespace tactus {
 /// when the source knows them and they are asked for. Images are the sensor's own, in its units.
 struct SensorFrame {
   hal::FrameHeader header;
+  rt::HostTime captured;  // when the sensor handed it over
   std::span<std::uint16_t> raw_depth;
   std::span<std::uint8_t> rgb;
   std::span<std::uint8_t> labels;  // material ids; empty unless labels are taken from the source
@@ -52,6 +53,9 @@ inline constexpr std::size_t kRefinedBlocksWaiting = 512;
 
 /// application -> spine, by value: a person corrects one surface at a time.
 inline constexpr std::size_t kPinsWaiting = 8;
+
+/// present -> sound, by value: of two rounds of the games, which have 64 each, and as many again for a late sound thread.
+inline constexpr std::size_t kCuesWaiting = 256;
 
 inline constexpr std::size_t kKeyframeSlots = 4;  // segment 1 + waiting 1 + answered 1 + being filled 1
 

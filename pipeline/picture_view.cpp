@@ -12,22 +12,29 @@ bool shares_pixels(const hal::RigCalibration& rig) { return !rig.has_color || ri
 
 }  // namespace
 
-void picture_depth(const SensorFrame& frame, const hal::RigCalibration& rig,
+void picture_depth(const SensorFrame& frame, std::span<const std::uint16_t> model_half_mm, const hal::RigCalibration& rig,
                    const hal::Intrinsics& picture_camera, std::span<float> depth_m) noexcept {
   const auto unit = static_cast<float>(rig.depth_m_per_unit);
+  const auto depth_width = static_cast<std::size_t>(rig.depth.width), depth_height = static_cast<std::size_t>(rig.depth.height);
+  const std::size_t half_width = depth_width / 2, half_height = depth_height / 2;
+  const auto real_m = [&](std::size_t u, std::size_t v) {
+    const std::uint16_t raw = frame.raw_depth[v * depth_width + u];
+    if (raw != 0) return static_cast<float>(raw) * unit;
+    if (model_half_mm.empty()) return 0.0f;
+    return 0.001f * model_half_mm[std::min(v / 2, half_height - 1) * half_width + std::min(u / 2, half_width - 1)];
+  };
   if (shares_pixels(rig)) {
-    for (std::size_t i = 0; i < depth_m.size(); ++i)
-      depth_m[i] = static_cast<float>(frame.raw_depth[i]) * unit;
+    for (std::size_t v = 0, i = 0; v < depth_height; ++v)
+      for (std::size_t u = 0; u < depth_width; ++u, ++i) depth_m[i] = real_m(u, v);
     return;
   }
   std::fill(depth_m.begin(), depth_m.end(), 0.0f);
   const T_ColorDepth& T = rig.T_color_depth;
   const int width = picture_camera.width, height = picture_camera.height;
-  std::size_t pixel = 0;
   for (int v = 0; v < rig.depth.height; ++v)
-    for (int u = 0; u < rig.depth.width; ++u, ++pixel) {
-      if (frame.raw_depth[pixel] == 0) continue;
-      const double z = static_cast<double>(static_cast<float>(frame.raw_depth[pixel]) * unit);
+    for (int u = 0; u < rig.depth.width; ++u) {
+      const auto z = static_cast<double>(real_m(static_cast<std::size_t>(u), static_cast<std::size_t>(v)));
+      if (!(z > 0)) continue;
       const Vec3d p =
           T * Vec3d{(u - rig.depth.cx) / rig.depth.fx * z, (v - rig.depth.cy) / rig.depth.fy * z, z};
       if (!(p.z > 0.05)) continue;
@@ -46,6 +53,11 @@ void picture_depth(const SensorFrame& frame, const hal::RigCalibration& rig,
           if (nearest == 0.0f || depth < nearest) nearest = depth;
         }
     }
+}
+
+void keep_model_depth(std::span<const float> model_m, std::span<std::uint16_t> model_mm) noexcept {
+  for (std::size_t i = 0; i < model_m.size(); ++i)
+    model_mm[i] = model_m[i] > 0 && model_m[i] < 65 ? static_cast<std::uint16_t>(model_m[i] * 1000 + 0.5f) : std::uint16_t{0};
 }
 
 T_WorldDepth picture_pose(const T_WorldDepth& T_world_depth, const hal::RigCalibration& rig) noexcept {
@@ -78,16 +90,56 @@ void picture_labels(std::span<const float> depth_m, const hal::Intrinsics& camer
     }
 }
 
-render::Body drawn_body(const contact::BodyState& body) noexcept {
+render::Body drawn_body(const contact::BodyState& body, const interact::BodyLook& look,
+                        const contact::MaterialTable& materials) noexcept {
   render::Body drawn;
-  const bool is_sphere = body.shape.kind == contact::ShapeKind::sphere;
-  drawn.shape = is_sphere ? render::Shape::sphere : render::Shape::box;
-  drawn.color = material_color(body.material);
+  switch (body.shape.kind) {
+    case contact::ShapeKind::sphere: drawn.shape = render::Shape::sphere; break;
+    case contact::ShapeKind::box: drawn.shape = render::Shape::box; break;
+    case contact::ShapeKind::capsule: drawn.shape = render::Shape::capsule; break;
+    case contact::ShapeKind::cylinder: drawn.shape = render::Shape::cylinder; break;
+    case contact::ShapeKind::hull: drawn.shape = render::Shape::hull; break;
+  }
+  drawn.color = look.color;
   const auto radius = static_cast<float>(body.shape.radius_m);
-  drawn.half_extent_m = is_sphere ? Vec3f{radius, radius, radius} : body.shape.half_extents_m.cast<float>();
+  drawn.half_extent_m = body.shape.kind == contact::ShapeKind::box ? body.shape.half_extents_m.cast<float>()
+                                                                   : Vec3f{radius, radius, radius};
+  drawn.half_length_m = static_cast<float>(body.shape.half_length_m);
+  drawn.hull_index = static_cast<std::uint16_t>(look.hull_index);
   drawn.center_world_m = body.position_world_m;
   drawn.rotation_world_body = body.q_world_body;
+  drawn.roughness = static_cast<float>(materials.look_of(body.material).optical_roughness);
+  drawn.metalness = static_cast<float>(materials.look_of(body.material).metalness);
   return drawn;
+}
+
+render::Decal drawn_decal(const interact::Mark& mark) noexcept {
+  render::Decal decal;
+  decal.kind = mark.kind;
+  decal.position_world_m = mark.position_world_m;
+  decal.normal_world = mark.normal_world;
+  decal.radius_m = mark.radius_m;
+  decal.tint = mark.color;
+  decal.seed = mark.seed;
+  return decal;
+}
+
+HullMeshes::HullMeshes(const interact::ThingCatalogue& catalogue) {
+  const auto hulls = catalogue.hulls();
+  vertices_m_.reserve(hulls.size() * contact::ConvexHull::kVerticesMax);
+  triangles_.reserve(hulls.size() * 2 * contact::ConvexHull::kVerticesMax);
+  for (const contact::ConvexHull& hull : hulls) {
+    const std::size_t first_vertex = vertices_m_.size(), first_triangle = triangles_.size();
+    for (std::size_t i = 0; i < hull.vertices_count; ++i) vertices_m_.push_back(hull.vertex(i).cast<float>());
+    std::size_t at = 0;
+    for (std::size_t face = 0; face < hull.faces_count; ++face) {
+      const std::size_t corners = hull.polygons[at];
+      const auto corner = [&](std::size_t i) { return static_cast<std::uint16_t>(hull.polygons[at + 1 + i]); };
+      for (std::size_t i = 2; i < corners; ++i) triangles_.push_back({corner(0), corner(i - 1), corner(i)});
+      at += corners + 1;
+    }
+    meshes.push_back({std::span(vertices_m_).subspan(first_vertex), std::span(triangles_).subspan(first_triangle)});
+  }
 }
 
 std::optional<float> hidden_share(std::span<const contact::BodyState> bodies, const hal::RigCalibration& rig,

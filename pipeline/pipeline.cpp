@@ -31,20 +31,12 @@ hal::Intrinsics without_distortion(hal::Intrinsics camera) {
   return camera;
 }
 
-contact::DistanceField field_for(Collision collision, const map::Reader& reader) {
-  contact::DistanceField field = contact::field_of(reader);
-  if (collision == Collision::none)
-    field.sample_fn = [](const void*, const Vec3f&, map::DistanceSample&) noexcept { return false; };
-  if (collision != Collision::semantic)
-    field.materials_fn = [](const void*, const Vec3f&, MaterialDistribution&) noexcept { return false; };
-  return field;
-}
-
 }  // namespace
 
 rt::Result<void> Pipeline::plan(const PipelineSetup& setup, rt::MemoryPlan& plan) {
   PlanOptions options;
   options.has_render = setup.display != nullptr;
+  options.has_sound = setup.mixer != nullptr;
   options.labels_from_source = setup.labels_from_source;
   if (setup.labels_from_source) {
     options.scores_width = kSourceScoresWidth;
@@ -101,12 +93,12 @@ rt::Result<void> Pipeline::bind(const PipelineSetup& setup, rt::MemoryPlan& plan
         refine_within(setup.profile.refine, setup.profile.spine.map.blocks_capacity, memory.bytes_left()),
         spine_.map());
   }
-  contact::WorldConfig world;
-  world.bodies_capacity = setup.profile.bodies_capacity;
-  field_ = field_for(setup.collision, reader_);
-  if (auto bound = world_.bind(plan.take("contact"), world, field_, setup.materials); !bound)
+  room_.bind(reader_, setup.collision);
+  if (auto bound = world_.bind(plan.take("contact"), world_config(setup.profile), room_.field(), setup.materials); !bound)
     return bound.error();
-  script_ = interact::DropScript(setup.throws);
+  if (auto bound = game_.bind(plan.take("interact"), game_config(setup.profile), setup.script, setup.materials); !bound)
+    return bound.error();
+  if (setup.mixer != nullptr) sound_.bind(plan.take("sound"), {}, setup.materials, sound::rays_of(sound_reader_));
 
   // (2) Frames and edges.
   rt::Slice pool = plan.take("frame pool");
@@ -147,6 +139,8 @@ rt::Result<void> Pipeline::bind(const PipelineSetup& setup, rt::MemoryPlan& plan
   to_pin_out_.emplace(to_pin_.consumer());
   to_publish_in_.emplace(to_publish_.producer());
   to_publish_out_.emplace(to_publish_.consumer());
+  to_sound_in_.emplace(to_sound_.producer());
+  to_sound_out_.emplace(to_sound_.consumer());
   pose_in_.emplace(pose_.producer());
 
   // (3) Picture.
@@ -156,9 +150,14 @@ rt::Result<void> Pipeline::bind(const PipelineSetup& setup, rt::MemoryPlan& plan
     picture_depth_m_ = memory.take<float>(pixels_count(picture_camera_));
     picture_labels_ = memory.take<MaterialId>(pixels_count(picture_camera_));
     picture_rgb_ = memory.take<std::uint8_t>(pixels_count(picture_camera_) * 3);
+    for (auto& model : model_depths_mm_) model = memory.take<std::uint16_t>(pixels_count(rig.depth) / 4);
     drawn_bodies_.reserve(setup.profile.bodies_capacity);
+    drawn_decals_.reserve(game_config(setup.profile).marks_capacity);
+    light_estimate_.bind(picture_camera_, plan.take("light"));
     render::RenderConfig config;
     config.camera = picture_camera_;
+    const HullMeshes hulls(game_.catalogue());
+    config.hulls = hulls.meshes;
     renderer_.emplace();
     if (auto bound = renderer_->bind(config, plan.take("render")); !bound) return bound.error();
   }
@@ -173,6 +172,7 @@ rt::Result<void> Pipeline::bind(const PipelineSetup& setup, rt::MemoryPlan& plan
   for (auto& one : series_ms_) one.reserve(series);
   frame_series_ms_.reserve(series);
   trajectory_.reserve(series);
+  predictions_.reserve(series);
   label_ages_ms_.reserve(series);
 
   // (5) Every path once, before the clock counts: first inference, first picture.
@@ -211,6 +211,7 @@ rt::Status Pipeline::capture_round(rt::Clock clock) noexcept {
   const rt::HostTime begin = clock.now();
   const rt::Status read = sensor.depth->read(frame.raw_depth, frame.header, kReadTimeout);
   if (read != rt::Status::ok) return read;
+  frame.captured = clock.now();
   frame.has_rgb = false;
   if (sensor.color != nullptr) {
     // Both cameras deliver in the order of time. An image that is too early for this depth has no partner;
@@ -289,10 +290,23 @@ rt::Status Pipeline::spine_round(rt::Clock clock, rt::HostTime deadline) noexcep
     ++counts_.frames_lost;
     T_world_before_.reset();
   }
+  predict_pose(frame->header.time, tracked == rt::Status::ok);
+  if (renderer_) {
+    keep_model_depth(spine_.model().z_m, model_depths_mm_[frame.id().slot()]);
+  }
   if (const auto oldest = to_present_in_->push(std::move(frame).into_id())) frames_.drop(*oldest);
   if (frame_series_ms_.size() < frame_series_ms_.capacity())
     frame_series_ms_.push_back(static_cast<float>((clock.now() - begin).milliseconds()));
   return tracked;
+}
+
+/// Notes where the pose was expected, for the summary, before the true one is learned from.
+void Pipeline::predict_pose(rt::SensorTime time, bool is_tracked) noexcept {
+  if (!is_tracked || spine_.result().relocalized) spine_predictor_.reset();
+  if (!is_tracked) return;
+  const auto predicted = spine_predictor_.predict(time);
+  if (predicted && predictions_.size() < predictions_.capacity()) predictions_.push_back({time, *predicted});
+  spine_predictor_.push(time, spine_.result().T_world_depth);
 }
 
 rt::Status Pipeline::place(rt::SensorTime time) noexcept {
@@ -509,66 +523,150 @@ void Pipeline::finish_labels() noexcept {
   }
 }
 
-void Pipeline::spawn_due() noexcept {
-  std::array<contact::BodySpec, 8> due;
+void Pipeline::set_collision(contact::Collision collision) noexcept {
+  room_.set_collision(collision);
+  world_.wake_all();  // what rested on the room may have nothing under it now
+}
+
+/// Where the map knows nothing yet, contact asks the newest depth frame.
+void Pipeline::look_through_depth() noexcept {
   const FrameVerdict& verdict = verdicts_[view_.id().slot()];
-  const std::size_t count =
-      script_.due(frames_since_tracking_, since_tracking_, verdict.T_world_depth, {0, -1, 0}, field_, due);
-  for (std::size_t i = 0; i < count; ++i) {
-    contact::BodyId id;
-    (void)world_.spawn(due[i], id);  // a refusal is counted there
-  }
+  const hal::RigCalibration& rig = setup_.sensor->calibration;
+  contact::DepthView depth;
+  depth.is_valid = verdict.status == rt::Status::ok;
+  depth.raw_depth = view_->raw_depth;
+  depth.depth_m_per_unit = rig.depth_m_per_unit;
+  depth.camera = rig.depth;
+  depth.T_world_depth = verdict.T_world_depth;
+  room_.set_depth(depth);
 }
 
 rt::Status Pipeline::contact_round(rt::Clock clock, rt::Duration duration) noexcept {
   while (const auto id = to_present_out_->try_pop()) view_ = frames_.adopt(*id);
   if (!view_) return rt::Status::skipped;
   return timed(Stage::contact, kPresentTrace, clock, rt::kNoDeadline, [&]() noexcept {
-    ++frames_since_tracking_;
-    since_tracking_ = since_tracking_ + duration;
-    spawn_due();
-    const std::size_t before = contact_sink_.count;
-    const rt::Status status = world_.step(duration, contact_sink_);
-    for (std::size_t i = before; i < contact_sink_.count; ++i) contact_frames_[i] = view_->header;
+    look_through_depth();
+    const FrameVerdict& verdict = verdicts_[view_.id().slot()];
+    const hal::RigCalibration& rig = setup_.sensor->calibration;
+    const interact::View view{verdict.T_world_depth, picture_camera_, picture_pose(verdict.T_world_depth, rig)};
+    constexpr Vec3d kGravity{0, -9.81, 0};  // the world's y is up
+    const rt::Status status = game_.step(view, verdict.status == rt::Status::ok, view_->header, duration, kGravity,
+                                         room_.field(), world_);
+    for (const interact::SoundCue& cue : game_.cues())
+      if (!to_sound_in_->try_push(cue)) ++counts_.cues_dropped;
     return status;
   });
 }
 
-void Pipeline::make_picture_inputs() noexcept {
-  const hal::RigCalibration& rig = setup_.sensor->calibration;
-  picture_depth(*view_, rig, picture_camera_, picture_depth_m_);
+rt::Status Pipeline::sound_round(rt::Clock clock, std::span<float> samples) noexcept {
+  if (setup_.mixer == nullptr) return rt::Status::skipped;
+  const rt::HostTime begin = clock.now();
+  interact::SoundCue cue;
+  while (to_sound_out_->try_pop(cue)) {
+    sound::Impact impact;
+    impact.delay = cue.delay;
+    impact.position_world_m = cue.position_world_m;
+    impact.normal_world = cue.normal_world;
+    impact.energy_j = cue.energy_j;
+    impact.impulse_n_s = cue.impulse_n_s;
+    impact.impact_speed_m_per_s = cue.impact_speed_m_per_s;
+    impact.body_size_m = cue.body_size_m;
+    impact.surface_size_m = cue.other_size_m;
+    impact.body_material = cue.body_material;
+    impact.surface_material = cue.surface_material;
+    (void)sound_.add(impact);  // counted there
+  }
+  PoseSample ears;
+  (void)pose_.read(ears);  // before the first pose the listener stands at the origin
+  const rt::Status status = sound_.step(ears.T_world_depth, *setup_.mixer, samples);
+  note_unguarded(Stage::sound, kSoundTrace, begin, clock.now(), status);
+  return status;
 }
 
-rt::Status Pipeline::render_round(rt::Clock clock, float overlay_alpha) noexcept {
+void Pipeline::make_picture_inputs(const FrameVerdict& verdict) noexcept {
+  const hal::RigCalibration& rig = setup_.sensor->calibration;
+  const bool has_model = verdict.status == rt::Status::ok;
+  picture_depth(*view_, has_model ? model_depths_mm_[view_.id().slot()] : std::span<std::uint16_t>{}, rig, picture_camera_,
+                picture_depth_m_);
+}
+
+rt::Status Pipeline::render_round(rt::Clock clock, const PictureOptions& options) noexcept {
   if (!renderer_ || !view_) return rt::Status::skipped;
   const rt::HostTime begin = clock.now();
   const FrameVerdict& verdict = verdicts_[view_.id().slot()];
   const hal::RigCalibration& rig = setup_.sensor->calibration;
-  make_picture_inputs();
-  const T_WorldDepth T_world_picture = picture_pose(verdict.T_world_depth, rig);
+  make_picture_inputs(verdict);
+  const T_WorldDepth T_world_video = picture_pose(verdict.T_world_depth, rig);
   render::RenderInputs inputs;
+  inputs.is_tracked = verdict.status == rt::Status::ok;
   if (view_->has_rgb) inputs.video_rgb = view_->rgb;
   inputs.depth_m = picture_depth_m_;
-  if (overlay_alpha > 0) {
-    picture_labels(picture_depth_m_, picture_camera_, T_world_picture, reader_, picture_labels_);
+  if (options.overlay_alpha > 0) {
+    picture_labels(picture_depth_m_, picture_camera_, T_world_video, reader_, picture_labels_);
     inputs.labels = picture_labels_;
-    inputs.overlay_alpha = overlay_alpha;
+    inputs.overlay_alpha = options.overlay_alpha;
   }
-  inputs.is_tracked = verdict.status == rt::Status::ok;
-  inputs.T_world_depth = T_world_picture;
+  if (!setup_.light && view_->has_rgb && inputs.is_tracked) estimate_light(T_world_video);
+  inputs.light = light();
   drawn_bodies_.clear();
-  for (const contact::BodyState& body : world_.bodies()) drawn_bodies_.push_back(drawn_body(body));
+  for (const contact::BodyState& body : world_.bodies())
+    drawn_bodies_.push_back(drawn_body(body, game_.look_of(body), setup_.materials));
   inputs.bodies = drawn_bodies_;
+  drawn_decals_.clear();
+  for (const interact::Mark& mark : game_.marks()) drawn_decals_.push_back(drawn_decal(mark));
+  inputs.decals = drawn_decals_;
+  inputs.text = options.text;
+  inputs.crosshair = options.crosshair;
+
   rt::Status status = setup_.display->begin();
+  // As late as it can be: the newest pose there is, carried on to when the picture will be seen.
+  inputs.T_world_depth = T_world_video;
+  if (options.predicts_pose && inputs.is_tracked) {
+    const rt::Duration age = clock.now() - view_->captured;
+    if (const auto latest = latch_pose(view_->header.time + age + drawing_)) {
+      inputs.T_world_depth = picture_pose(*latest, rig);
+      inputs.R_video_picture = T_world_video.rotation.transposed() * inputs.T_world_depth.rotation;
+    }
+  }
   if (status == rt::Status::ok) status = renderer_->step(inputs);
-  if (status == rt::Status::ok) status = renderer_->read_back(picture_rgb_);
-  (void)setup_.display->present();
+  if (status == rt::Status::ok && options.reads_back) status = renderer_->read_back(picture_rgb_);
+  if (setup_.display->present() == rt::Status::device_lost) status = rt::Status::device_lost;
   const rt::HostTime end = clock.now();
-  rt::StageRecord& record = records_[static_cast<std::size_t>(Stage::render)];
+  drawing_ = end - begin;  // as long as the next one will take
+  photon_latency_.record(end - view_->captured);
+  note_unguarded(Stage::render, kPresentTrace, begin, end, status);
+  return status;
+}
+
+void Pipeline::estimate_light(const T_WorldDepth& T_world_video) noexcept {
+  const rt::SensorTime time = view_->header.time;
+  if (light_seen_ == time) return;
+  const double interval_s = light_seen_ ? (time - *light_seen_).seconds() : 1 / setup_.sensor->frame_rate_hz;
+  light_seen_ = time;
+  // A view that cannot tell leaves the light as it was.
+  (void)light_estimate_.step({view_->rgb, picture_depth_m_, picture_camera_, T_world_video},
+                             static_cast<float>(interval_s));
+}
+
+/// The newest pose, predicted to `time`; nothing while tracking is lost.
+std::optional<T_WorldDepth> Pipeline::latch_pose(rt::SensorTime time) noexcept {
+  PoseSample newest;
+  if (!pose_.read(newest) || newest.is_tracked == 0) {
+    present_predictor_.reset();
+    return std::nullopt;
+  }
+  if (newest.time_ns != predicted_from_ns_) present_predictor_.push({newest.time_ns}, newest.T_world_depth);
+  predicted_from_ns_ = newest.time_ns;
+  return present_predictor_.predict(time);
+}
+
+/// What timed() does, for stages whose libraries allocate.
+void Pipeline::note_unguarded(Stage stage, std::size_t trace, rt::HostTime begin, rt::HostTime end,
+                              rt::Status status) noexcept {
+  rt::StageRecord& record = records_[static_cast<std::size_t>(stage)];
   record.latency.record(end - begin);
   record.statuses.count(status);
-  traces_[kPresentTrace].span(record.name, begin, end - begin, verdict.frame_index);
-  return status;
+  traces_[trace].span(record.name, begin, end - begin, static_cast<std::int64_t>(status));
 }
 
 std::optional<float> Pipeline::occluded_share() noexcept {

@@ -2,7 +2,7 @@
 // top to bottom to follow a frame from the sensor to the screen.
 //
 //   capture ─ DropOldestRing ─► spine: register, track, integrate, predict, fuse ─ DropOldestRing ─► present:
-//   contact, render
+//   interact, contact, render ─ SpscRing (cues) ─► sound
 //                                  │   ▲                                 │
 //                   DropOldestRing ▼   │ SpscRing                        └─ Seqlock (pose) ─► anyone
 //                               segment (keyframes)
@@ -22,10 +22,11 @@
 
 #include "hal/camera.hpp"
 #include "hal/display.hpp"
+#include "hal/spatial_mixer.hpp"
 #include "pipeline/budgets.hpp"
-#include "pipeline/contact/map_field.hpp"
+#include "pipeline/contact/touched_room.hpp"
 #include "pipeline/contact/world.hpp"
-#include "pipeline/interact/drop_script.hpp"
+#include "pipeline/interact/game.hpp"
 #include "pipeline/label_survey.hpp"
 #include "pipeline/map/fuse_labels.hpp"
 #include "pipeline/map/pin_surface.hpp"
@@ -34,9 +35,12 @@
 #include "pipeline/memory_plan.hpp"
 #include "pipeline/messages.hpp"
 #include "pipeline/profile.hpp"
+#include "pipeline/render/light_estimate.hpp"
 #include "pipeline/render/renderer.hpp"
 #include "pipeline/segment/segmenter.hpp"
+#include "pipeline/sound/sound_stage.hpp"
 #include "pipeline/spine.hpp"
+#include "pipeline/track/pose_predictor.hpp"
 #include "rt/clock.hpp"
 #include "rt/drop_oldest_ring.hpp"
 #include "rt/runner.hpp"
@@ -46,9 +50,6 @@
 #include "rt/worker_pool.hpp"
 
 namespace tactus {
-
-/// How real surfaces act on virtual things: the paper's three conditions (sec. V-B).
-enum class Collision : std::uint8_t { none, uniform, semantic };
 
 /// What boot hands over. The pointees outlive the pipeline.
 struct PipelineSetup {
@@ -63,9 +64,11 @@ struct PipelineSetup {
   /// lost). Empty: the camera is tracked.
   std::span<const hal::TruthPose> known_poses;
   contact::MaterialTable materials;
-  Collision collision = Collision::semantic;
-  std::vector<interact::Throw> throws;
-  hal::Display* display = nullptr;    // null: nothing is drawn
+  contact::Collision collision = contact::Collision::semantic;
+  interact::Script script;
+  hal::Display* display = nullptr;       // null: nothing is drawn
+  hal::SpatialMixer* mixer = nullptr;    // null: nothing sounds
+  std::optional<render::Light> light;    // unset: estimated from the video
   std::uint64_t frames_expected = 0;  // sizes the per-frame series; 0 unknown
 };
 
@@ -74,6 +77,7 @@ struct PipelineCounts {
   std::uint64_t frames_in = 0, frames_tracked = 0, frames_lost = 0, frames_dropped = 0;
   std::uint64_t colors_unpaired = 0;
   std::uint64_t relocalisations = 0, keyframes = 0, keyframes_segmented = 0, keyframes_replaced = 0;
+  std::uint64_t cues_dropped = 0;  // sounds that found their ring full
 };
 
 struct TrackedPose {
@@ -87,6 +91,17 @@ struct PoseSample {
   std::uint32_t frame_index = 0;
   std::uint32_t is_tracked = 0;
   T_WorldDepth T_world_depth;
+};
+
+/// How a picture is to be drawn.
+struct PictureOptions {
+  float overlay_alpha = 0;                       // of the labels over the video; 0: none
+  /// Virtual things are drawn from the newest pose, latched as drawing begins and carried on to when it will end; the video
+  /// is turned along. For displays in front of eyes; a film shows each frame with its own pose.
+  bool predicts_pose = false;
+  std::span<const render::TextLine> text;
+  std::optional<render::Crosshair> crosshair;
+  bool reads_back = true;  // into picture()
 };
 
 class Pipeline {
@@ -123,11 +138,19 @@ class Pipeline {
   /// Does the corrections that wait, fuses the keyframes that are answered and refines all that still waits.
   /// Exit: when the threads rest, before the map is written out or scored.
   void finish_labels() noexcept;
-  /// Advances virtual things by `duration` and takes over the newest frame from the spine.
+  /// Takes over the newest frame from the spine, throws and shoots what is due and advances virtual things by `duration`.
   rt::Status contact_round(rt::Clock clock, rt::Duration duration) noexcept;
-  /// Draws the newest frame with virtual things, and labels when overlay_alpha > 0, and reads the picture
-  /// back into picture(). Calls the driver, which allocates: outside the heap guard.
-  rt::Status render_round(rt::Clock clock, float overlay_alpha) noexcept;
+  /// A hand's orders, done at once, as `interact::Game` does them; present thread.
+  rt::Status throw_now(const interact::Throw& what) noexcept { return game_.throw_now(what, world_); }
+  rt::Status shoot_now(const interact::Shot& shot) noexcept { return game_.shoot_now(shot, world_); }
+  void set_collision(contact::Collision collision) noexcept;
+  [[nodiscard]] contact::Collision collision() const noexcept { return room_.collision(); }
+  /// Draws the newest frame with virtual things and reads the picture back into picture(). Calls the driver, which
+  /// allocates: outside the heap guard. Present thread.
+  rt::Status render_round(rt::Clock clock, const PictureOptions& options) noexcept;
+  /// Mixes the next samples.size() / 2 sample frames, what was struck since the last round from their beginning on.
+  /// skipped without a mixer. Calls OpenAL, which allocates: outside the heap guard. The sound thread's.
+  rt::Status sound_round(rt::Clock clock, std::span<float> samples) noexcept;
 
   /// Share of the virtual bodies' visible discs that real things hide in the newest frame, bodies out of view
   /// left out; nothing when none is in view. Cheap: 64 rays a body.
@@ -145,13 +168,20 @@ class Pipeline {
   [[nodiscard]] const map::SurfacePinner& pinner() const noexcept { return pinner_; }
   [[nodiscard]] const map::Reader& reader() const noexcept { return reader_; }
   [[nodiscard]] std::span<const TrackedPose> trajectory() const noexcept { return trajectory_; }
-  [[nodiscard]] std::span<const contact::ContactEvent> contacts() const noexcept {
-    return {contact_events_.data(), contact_sink_.count};
+  [[nodiscard]] const interact::Game& game() const noexcept { return game_; }
+  [[nodiscard]] const sound::SoundStage& sound() const noexcept { return sound_; }
+  /// That pictures are lit by: the given one, or what the video says so far.
+  [[nodiscard]] const render::Light& light() const noexcept {
+    return setup_.light ? *setup_.light : light_estimate_.light();
   }
-  /// The frame each contact was shown with.
-  [[nodiscard]] std::span<const hal::FrameHeader> contact_frames() const noexcept {
-    return {contact_frames_.data(), contact_sink_.count};
+  /// The frame that the next picture will show; nothing before the first. Present thread.
+  [[nodiscard]] std::optional<hal::FrameHeader> viewed_frame() const noexcept {
+    return view_ ? std::optional(view_->header) : std::nullopt;
   }
+  /// From the sensor's handing a frame over to its picture's being shown.
+  [[nodiscard]] const rt::Histogram& photon_latency() const noexcept { return photon_latency_; }
+  /// Where each tracked frame's pose was predicted to be, one frame before, from the poses until then.
+  [[nodiscard]] std::span<const TrackedPose> predictions() const noexcept { return predictions_; }
   [[nodiscard]] const rt::StageRecord& record(Stage stage) const noexcept {
     return records_[static_cast<std::size_t>(stage)];
   }
@@ -167,9 +197,9 @@ class Pipeline {
   [[nodiscard]] rt::WorkerPool& workers() noexcept { return workers_; }
 
   static constexpr std::size_t kSpineTrace = 0, kPresentTrace = 1, kSegmentTrace = 2, kCaptureTrace = 3,
-                               kRefineTrace = 4;
-  static constexpr std::array<const char*, 5> kThreadNames = {"spine", "present", "segment", "capture",
-                                                              "refine"};
+                               kRefineTrace = 4, kSoundTrace = 5;
+  static constexpr std::array<const char*, 6> kThreadNames = {"spine",   "present", "segment",
+                                                              "capture", "refine",  "sound"};
 
  private:
   template <typename Step>
@@ -184,8 +214,12 @@ class Pipeline {
   rt::Status pin_waiting() noexcept;
   bool publish_refined() noexcept;
   void hand_over_refined() noexcept;
-  void spawn_due() noexcept;
-  void make_picture_inputs() noexcept;
+  void predict_pose(rt::SensorTime time, bool is_tracked) noexcept;
+  std::optional<T_WorldDepth> latch_pose(rt::SensorTime time) noexcept;
+  void note_unguarded(Stage stage, std::size_t trace, rt::HostTime begin, rt::HostTime end, rt::Status status) noexcept;
+  void look_through_depth() noexcept;
+  void make_picture_inputs(const FrameVerdict& verdict) noexcept;
+  void estimate_light(const T_WorldDepth& T_world_video) noexcept;
 
   PipelineSetup setup_;
   rt::WorkerPool workers_;
@@ -196,10 +230,13 @@ class Pipeline {
   std::optional<segment::Segmenter> segmenter_;
   std::optional<map::LabelRefiner> refiner_;
   contact::World world_;
-  interact::DropScript script_;
+  interact::Game game_;
   std::optional<render::Renderer> renderer_;
+  render::LightEstimate light_estimate_;
+  sound::SoundStage sound_;
   map::Reader reader_{spine_.map()};
-  contact::DistanceField field_;
+  map::Reader sound_reader_{spine_.map()};  // a reading thread has its own
+  contact::TouchedRoom room_;
 
   // Edges.
   using FrameRing = rt::DropOldestRing<rt::FrameId, kFramesWaiting>;
@@ -208,6 +245,7 @@ class Pipeline {
   using AnswerRing = rt::SpscRing<KeyframeSlot, kKeyframeSlots>;
   using PinRing = rt::SpscRing<map::SurfacePin, kPinsWaiting>;
   using RefinedRing = rt::SpscRing<map::RefinedBlock, kRefinedBlocksWaiting>;
+  using CueRing = rt::SpscRing<interact::SoundCue, kCuesWaiting>;
   rt::FramePool<SensorFrame> frames_;
   FrameRing to_spine_;
   ViewRing to_present_;
@@ -215,6 +253,7 @@ class Pipeline {
   AnswerRing to_fuse_;
   RefinedRing to_publish_;
   PinRing to_pin_;
+  CueRing to_sound_;
   rt::Seqlock<PoseSample> pose_;
   std::optional<FrameRing::Producer> to_spine_in_;
   std::optional<FrameRing::Consumer> to_spine_out_;
@@ -228,11 +267,14 @@ class Pipeline {
   std::optional<RefinedRing::Consumer> to_publish_out_;
   std::optional<PinRing::Producer> to_pin_in_;
   std::optional<PinRing::Consumer> to_pin_out_;
+  std::optional<CueRing::Producer> to_sound_in_;
+  std::optional<CueRing::Consumer> to_sound_out_;
   std::optional<rt::Seqlock<PoseSample>::Producer> pose_in_;
 
   // Written by one thread each: verdicts and keyframes by the spine before their id goes on, frames by
   // capture.
   std::array<FrameVerdict, kFramesCount> verdicts_{};
+  std::array<std::span<std::uint16_t>, kFramesCount> model_depths_mm_{};  // half size, at the frame's pose; with a display
   std::array<Keyframe, kKeyframeSlots> keyframes_{};
   std::array<bool, kKeyframeSlots> keyframe_is_free_{};
   std::uint32_t last_keyframe_index_ = 0;
@@ -250,16 +292,17 @@ class Pipeline {
   std::uint32_t refined_frame_ = 0;
   // present
   FrameRef view_;
-  std::uint64_t frames_since_tracking_ = 0;
-  rt::Duration since_tracking_{};
-  std::array<contact::ContactEvent, 4096> contact_events_{};
-  std::array<hal::FrameHeader, 4096> contact_frames_{};
-  contact::ContactSink contact_sink_{contact_events_};
+  rt::Duration drawing_{};  // of the last picture
+  rt::Histogram photon_latency_;
+  track::PosePredictor present_predictor_;
+  std::int64_t predicted_from_ns_ = 0;  // time of the last pose it was given
+  std::optional<rt::SensorTime> light_seen_;  // time of the picture that was last estimated from
   hal::Intrinsics picture_camera_;
   std::span<float> picture_depth_m_;
   std::span<MaterialId> picture_labels_;
   std::span<std::uint8_t> picture_rgb_;
   std::vector<render::Body> drawn_bodies_;
+  std::vector<render::Decal> drawn_decals_;
 
   // Records.
   template <std::size_t... kIndex>
@@ -267,11 +310,12 @@ class Pipeline {
     return {rt::StageRecord(kBudgets[kIndex].name, kBudgets[kIndex].when_late)...};
   }
   std::array<rt::StageRecord, kStagesCount> records_ = make_records(std::make_index_sequence<kStagesCount>{});
-  std::array<rt::TraceRing, 5> traces_;
+  std::array<rt::TraceRing, 6> traces_;
   std::array<std::vector<float>, kStagesCount> series_ms_;
   std::vector<float> frame_series_ms_;
   std::vector<float> label_ages_ms_;
-  std::vector<TrackedPose> trajectory_;
+  std::vector<TrackedPose> trajectory_, predictions_;
+  track::PosePredictor spine_predictor_;
   PipelineCounts counts_;
 };
 

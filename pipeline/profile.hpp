@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "pipeline/contact/world.hpp"
+#include "pipeline/interact/game.hpp"
 #include "pipeline/map/refine_labels.hpp"
 #include "pipeline/segment/keyframe_policy.hpp"
 #include "pipeline/spine.hpp"
@@ -17,14 +18,14 @@ namespace tactus {
 struct Profile {
   std::string_view name = "x86";
   SpineConfig spine;
-  std::size_t bodies_capacity = 64;
+  std::size_t bodies_capacity = 128;  // a plate breaks into 12, a bullet tears out up to 12 chips
   segment::KeyframeRules keyframes;
   bool refines_labels = true;                                      // by the 3D CRF
   map::RefineConfig refine = map::RefineConfig::for_cells(19456);  // fewer where memory_bytes_max leaves less
   int threads_count = 1;                              // of the spine's fork-join; results do not depend on it
   std::size_t network_bytes = std::size_t{48} << 20;  // taken only when a network is loaded
   std::size_t trace_records_count = 16384;  // per thread, 40 bytes each: the last 60 s of a 30 Hz session
-  std::size_t memory_bytes_max = std::size_t{96} << 20;  // of the plan, without the network
+  std::size_t memory_bytes_max = 96'000'000;  // of the plan, without the network
 };
 
 /// A desktop or laptop with recorded sensor dumps.
@@ -36,11 +37,24 @@ constexpr Profile headset_profile() {
   p.name = "headset";
   p.spine.map.blocks_capacity = 8192;
   p.spine.relocalizer.keyframes_capacity = 32;
-  p.bodies_capacity = 32;
+  p.bodies_capacity = 64;
   p.refine = map::RefineConfig::for_cells(8192);
   p.trace_records_count = 4096;
   p.memory_bytes_max = std::size_t{64} << 20;
   return p;
+}
+
+constexpr contact::WorldConfig world_config(const Profile& profile) {
+  contact::WorldConfig config;
+  config.bodies_capacity = profile.bodies_capacity;
+  config.contacts_capacity = 4 * profile.bodies_capacity;  // most are chips and shards, which lie on three points
+  return config;
+}
+
+constexpr interact::GameConfig game_config(const Profile& profile) {
+  interact::GameConfig config;
+  config.bodies_capacity = profile.bodies_capacity;
+  return config;
 }
 
 }  // namespace tactus

@@ -14,19 +14,20 @@
 namespace tactus {
 
 /// A thread of the realtime runner, in falling priority. Lockstep runs their rounds one after the other on
-/// one thread: capture, spine, segment, refine, present.
+/// one thread: capture, spine, segment, refine, present, sound.
 struct WiringThread {
   const char* name;      // as in StageBudget::thread
   const char* schedule;  // where the system allows it; else normal
   const char* round;     // what starts one
 };
 
-inline constexpr std::array<WiringThread, 5> kWiringThreads = {{
+inline constexpr std::array<WiringThread, 6> kWiringThreads = {{
     {"capture", "FIFO 70", "the sensor has a frame"},
     {"spine", "FIFO 60", "a frame waits"},
     {"present", "FIFO 50", "every contact period"},
     {"segment", "normal", "a keyframe waits"},
     {"refine", "normal", "a frame was integrated"},
+    {"sound", "normal", "a frame was presented"},
 }};
 
 /// Something that one stage leaves for another.
@@ -38,7 +39,7 @@ struct WiringEdge {
   const char* when_full;
 };
 
-inline constexpr std::array<WiringEdge, 15> kWiringEdges = {{
+inline constexpr std::array<WiringEdge, 19> kWiringEdges = {{
     {Stage::capture, Stage::register_frame, "DropOldestRing", "FrameId", kFramesWaiting,
      "the oldest frame is dropped and counted"},
     {Stage::register_frame, Stage::track, "call", "depth, half-resolution depth and colour", 0, "cannot be"},
@@ -62,7 +63,12 @@ inline constexpr std::array<WiringEdge, 15> kWiringEdges = {{
      "a torn or recycled block is read again, or is unknown"},
     {Stage::fuse, Stage::render, "map::Reader", "materials for the overlay", 0,
      "a torn or recycled block is read again, or is unknown"},
-    {Stage::contact, Stage::render, "call", "bodies, newest frame", 0, "cannot be"},
+    {Stage::contact, Stage::render, "call", "bodies, marks, newest frame", 0, "cannot be"},
+    {Stage::contact, Stage::sound, "SpscRing", "SoundCue, one an impact", kCuesWaiting, "the sound is left out and counted"},
+    {Stage::track, Stage::render, "Seqlock", "PoseSample, latched when drawing begins", 0, "overwritten"},
+    {Stage::track, Stage::sound, "Seqlock", "PoseSample: where the ears are", 0, "overwritten"},
+    {Stage::integrate, Stage::sound, "map::Reader", "walls that throw sound back", 0,
+     "a torn or recycled block is read again, or is unknown"},
 }};
 
 namespace detail {

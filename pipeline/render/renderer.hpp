@@ -58,7 +58,7 @@ struct RenderInputs {
   std::span<const Body> bodies;
   std::span<const Decal> decals;  // the first kDecalsMax are drawn; they need depth
   std::span<const TextLine> text;  // over everything, with or without a pose
-  std::optional<Rgb8> crosshair;   // colour; nothing: none
+  std::optional<Crosshair> crosshair;
 };
 
 /// A stage. All calls need a GLES 3 context current on the calling thread, always the same context.

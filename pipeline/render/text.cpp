@@ -17,7 +17,7 @@ GlyphInstance instance(int x, int y, int width, int height, Rgb8 color, std::uin
 
 }  // namespace
 
-std::size_t build_text(std::span<const TextLine> lines, const std::optional<Rgb8>& crosshair, int width_px,
+std::size_t build_text(std::span<const TextLine> lines, const std::optional<Crosshair>& crosshair, int width_px,
                        int height_px, std::span<GlyphInstance> instances) noexcept {
   TACTUS_ASSERT(instances.size() >= kGlyphInstancesMax);
   std::size_t count = 0;
@@ -38,9 +38,10 @@ std::size_t build_text(std::span<const TextLine> lines, const std::optional<Rgb8
   }
   if (!crosshair) return count;
   constexpr int kGap = 4, kLength = 8, kThickness = 2, kEdge = 1;
-  const int x = width_px / 2 - 1, y = height_px / 2 - 1;
+  // Far outside it is cut to where it is not seen, so that no 16-bit corner overflows.
+  const int x = std::clamp(crosshair->x_px, -100, width_px + 100) - 1, y = std::clamp(crosshair->y_px, -100, height_px + 100) - 1;
   for (const int edge : {kEdge, 0}) {
-    const Rgb8 color = edge > 0 ? Rgb8{0, 0, 0} : *crosshair;
+    const Rgb8 color = edge > 0 ? Rgb8{0, 0, 0} : crosshair->color;
     const auto bar = [&](int left, int top, int width, int height) {
       instances[count++] = instance(left - edge, top - edge, width + 2 * edge, height + 2 * edge, color, kSolidGlyph);
     };

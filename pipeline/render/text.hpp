@@ -21,6 +21,12 @@ struct TextLine {
 };
 inline constexpr std::size_t kTextLinesMax = 40, kTextColumnsMax = 80;
 
+/// Where something is aimed at.
+struct Crosshair {
+  int x_px = 0, y_px = 0;  // of its middle, which itself stays free; row 0 is the top
+  Rgb8 color{255, 255, 255};
+};
+
 /// One cell, or one bar of the crosshair.
 struct GlyphInstance {
   std::array<std::int16_t, 4> rectangle_px{};  // x, y, width, height; row 0 is the top
@@ -32,9 +38,9 @@ inline constexpr std::uint8_t kSolidGlyph = 255;
 inline constexpr std::size_t kCrosshairBars = 8;
 inline constexpr std::size_t kGlyphInstancesMax = kTextLinesMax * kTextColumnsMax + kCrosshairBars;
 
-/// Cells of the first kTextLinesMax lines that the picture shows, then the crosshair: four bars with a dark edge about
-/// the middle, which itself stays free. `instances` holds kGlyphInstancesMax. Answers how many. Pure; any phase.
-std::size_t build_text(std::span<const TextLine> lines, const std::optional<Rgb8>& crosshair, int width_px,
+/// Cells of the first kTextLinesMax lines that the picture shows, then the crosshair: four bars with a dark edge.
+/// `instances` holds kGlyphInstancesMax. Answers how many. Pure; any phase.
+std::size_t build_text(std::span<const TextLine> lines, const std::optional<Crosshair>& crosshair, int width_px,
                        int height_px, std::span<GlyphInstance> instances) noexcept;
 
 }  // namespace tactus::render

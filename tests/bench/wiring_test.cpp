@@ -49,7 +49,8 @@ TEST(Wiring, RingsAreThoseOfThePipelineWithTheirDepths) {
                                                      {"kFramesWaiting", kFramesWaiting},
                                                      {"kKeyframeSlots", kKeyframeSlots},
                                                      {"kRefinedBlocksWaiting", kRefinedBlocksWaiting},
-                                                     {"kPinsWaiting", kPinsWaiting}};
+                                                     {"kPinsWaiting", kPinsWaiting},
+                                                     {"kCuesWaiting", kCuesWaiting}};
   using Ring = std::pair<std::string, std::size_t>;
   std::multiset<Ring> in_pipeline, in_table;
   const std::regex ring(R"(using \w+ = rt::(DropOldestRing|SpscRing|Mailbox)<[\w:]+, (\w+)>;)");

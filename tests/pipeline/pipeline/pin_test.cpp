@@ -27,7 +27,7 @@ class Session {
     setup.sensor = &*sensor_;
     setup.T_world_first = firmware::level_pose({0, 1, 0});
     setup.labels_from_source = true;
-    setup.collision = Collision::none;
+    setup.collision = contact::Collision::none;
     setup.materials = contact::default_material_table();
     EXPECT_TRUE(Pipeline::plan(setup, plan_));
     arena_.emplace(std::move(*rt::Arena::reserve(plan_.arena_bytes())));

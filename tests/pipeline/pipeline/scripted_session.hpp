@@ -87,7 +87,7 @@ class ScriptedSession {
     setup.sensor = &sensor_;
     setup.T_world_first = sensor_.truth.front().T_world_depth;
     setup.known_poses = sensor_.truth;
-    setup.collision = Collision::none;
+    setup.collision = contact::Collision::none;
     setup.profile.refines_labels = false;
     setup.frames_expected = path_frames.size();
     auto planned = Pipeline::plan(setup, plan_);

@@ -117,7 +117,7 @@ TEST_F(RenderLatencyTest, PicturesOf640x480KeepUpWith30AThread) {
   for (std::size_t i = 0; i < text.size(); ++i) text[i].y_px += static_cast<int>(12 * i);
   RenderInputs with_text = all;
   with_text.text = text;
-  with_text.crosshair = Rgb8{255, 255, 255};
+  with_text.crosshair = Crosshair{320, 240, {255, 255, 255}};
   measure("+ 20 lines of 40 characters", [&] { step(with_text); });
   RenderInputs turned = with_text;
   turned.R_video_picture = Rotation::from(Quaternion{1, 0, 0.01, 0}.normalized());

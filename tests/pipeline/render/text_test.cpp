@@ -67,7 +67,7 @@ TEST_F(TextTest, EveryPixelOfALineIsInkOrDarkenedGroundOrUntouched) {
 }
 
 TEST_F(TextTest, CrosshairLiesAboutTheMiddleAndLeavesItFree) {
-  inputs_.crosshair = Rgb8{0, 255, 0};
+  inputs_.crosshair = Crosshair{kWidth / 2, kHeight / 2, {0, 255, 0}};
   const test::Picture drawn = picture();
   int green_count = 0, sum_u = 0, sum_v = 0;
   for (int v = 0; v < kHeight; ++v)
@@ -91,7 +91,7 @@ TEST_F(TextTest, AllGlyphsLookLikeTheirGoldenPicture) {
                                          TextLine{rows[2], 8, 32, {255, 255, 255}, 1},
                                          TextLine{"Squeeze: throw a ball", 8, 60, {255, 220, 80}, 2}};
   inputs_.text = lines;
-  inputs_.crosshair = Rgb8{120, 255, 120};
+  inputs_.crosshair = Crosshair{kWidth / 2, kHeight / 2, {120, 255, 120}};
   test::expect_golden(picture(), "text");
 }
 

@@ -1,10 +1,11 @@
-#include "pipeline/interact/drop_script.hpp"
+#include "pipeline/interact/script.hpp"
 
 #include <gtest/gtest.h>
 
 #include <array>
 #include <string>
 
+#include "pipeline/interact/schedule.hpp"
 #include "tests/pipeline/contact/analytic_field.hpp"
 
 namespace tactus::interact {
@@ -14,24 +15,36 @@ const Vec3d kGravity{0, -9.81, 0};
 
 /// A camera 1.2 m above the floor that looks along -z and 30 degrees down: rows of the rotation are world
 /// axes.
-T_WorldDepth camera() {
+View camera() {
   T_WorldDepth T;
   const double c = 0.8660254037844386, s = 0.5;
   T.rotation.m = {1, 0, 0, 0, -c, -s, 0, s, -c};
   T.translation = {0, 1.2, 0};
-  return T;
+  hal::Intrinsics picture;
+  picture.width = 640;
+  picture.height = 480;
+  picture.fx = picture.fy = 525;
+  picture.cx = 320;
+  picture.cy = 240;
+  return {T, picture, T};
+}
+
+Script dropped_ball() {
+  Script script = default_script(App::none, 640, 480);
+  script.throws.resize(1);
+  return script;
 }
 
 std::string complaint(const std::string& toml) {
-  const auto result = parse_drop_script(toml, "drop.toml");
+  const auto result = parse_script(toml, "drop.toml");
   EXPECT_FALSE(result.has_value()) << toml;
   if (result) return "";
   EXPECT_EQ(result.error().code, rt::ExitCode::bad_usage);
   return result.error().message;
 }
 
-TEST(DropScript, EveryKeyIsRead) {
-  const auto script = parse_drop_script(R"(
+TEST(Script, EveryKeyIsRead) {
+  const auto script = parse_script(R"(
 [[throw]]
 at_frame = 12
 shape = "box"
@@ -48,15 +61,15 @@ speed_m_per_s = 4
 )",
                                         "drop.toml");
   ASSERT_TRUE(script.has_value()) << script.error().message;
-  const auto& throws = script.value();
+  const auto& throws = script.value().throws;
   ASSERT_EQ(throws.size(), 2U);
-  EXPECT_EQ(throws[0].at_frame, 12U);
+  EXPECT_EQ(throws[0].when.at_frame, 12U);
   EXPECT_EQ(throws[0].shape.kind, contact::ShapeKind::box);
   EXPECT_EQ(throws[0].shape.half_extents_m, (Vec3d{0.1, 0.05, 0.15}));
   EXPECT_EQ(throws[0].material, material_from_name("ceramic"));
   EXPECT_EQ(throws[0].position_world_m, (Vec3d{1, 2, -3}));
   EXPECT_EQ(throws[0].velocity_world_m_per_s, (Vec3d{0.5, 0, -1}));
-  EXPECT_EQ(throws[1].at_time->ns, 2'500'000'000);
+  EXPECT_EQ(throws[1].when.at_time->ns, 2'500'000'000);
   EXPECT_DOUBLE_EQ(throws[1].shape.radius_m, 0.03);
   EXPECT_FALSE(throws[1].position_world_m.has_value());
   EXPECT_DOUBLE_EQ(throws[1].in_front_m, 1.5);
@@ -64,8 +77,8 @@ speed_m_per_s = 4
   EXPECT_DOUBLE_EQ(throws[1].speed_m_per_s, 4);
 }
 
-TEST(DropScript, MistakesAreOneSentenceWithFileLineAndKey) {
-  EXPECT_EQ(complaint(""), "drop.toml: the script has no [[throw]]");
+TEST(Script, MistakesAreOneSentenceWithFileLineAndKey) {
+  EXPECT_EQ(complaint(""), "drop.toml: the script has no [[throw]] and no [[shot]]");
   EXPECT_NE(complaint("[throw]\nat_s = 1\n").find("drop.toml:1: write [[throw]]"), std::string::npos);
   EXPECT_NE(complaint("speed = 3\n").find("drop.toml:1: unknown key \"speed\""), std::string::npos);
   EXPECT_NE(complaint("[[throw]]\nat_s = 1\nradios_m = 3\n")
@@ -95,79 +108,79 @@ TEST(DropScript, MistakesAreOneSentenceWithFileLineAndKey) {
   EXPECT_NE(complaint("[[throw]]\nat_s = = 1\n").find("drop.toml:2: not valid TOML"), std::string::npos);
   EXPECT_NE(complaint("throw = [1]\n").find("must be a table"), std::string::npos);
   std::string many;
-  for (std::size_t i = 0; i <= kThrowsMax; ++i) many += "[[throw]]\nat_s = 1\n";
-  EXPECT_NE(complaint(many).find("more than 256 throws"), std::string::npos);
-  const auto missing = load_drop_script("/nowhere/drop.toml");
+  for (std::size_t i = 0; i <= kEntriesMax; ++i) many += "[[throw]]\nat_s = 1\n";
+  EXPECT_NE(complaint(many).find("more than 256 entries [[throw]]"), std::string::npos);
+  const auto missing = load_script("/nowhere/drop.toml");
   ASSERT_FALSE(missing.has_value());
   EXPECT_EQ(missing.error().message, "/nowhere/drop.toml: the script cannot be read");
 }
 
-TEST(DropScript, BuiltInBallStartsAboveTheFloorInView) {
+TEST(Script, BuiltInBallStartsAboveTheFloorInView) {
   auto scene = test::floor_scene();
   const contact::DistanceField field = scene.field();
-  DropScript sut(default_drop_script());
-  std::array<contact::BodySpec, 4> out;
-  EXPECT_EQ(sut.due(29, {999'999'999}, camera(), kGravity, field, out), 0U);
-  ASSERT_EQ(sut.due(30, {1'000'000'000}, camera(), kGravity, field, out), 1U);
-  EXPECT_NEAR(out[0].position_world_m.y, 0.4 + 0.05, 0.002);
-  EXPECT_NEAR(out[0].position_world_m.z, -0.8 * 0.8660254, 1e-6);
-  EXPECT_EQ(out[0].velocity_world_m_per_s, Vec3d{});
-  EXPECT_EQ(sut.throws_left(), 0U);
-  EXPECT_EQ(sut.due(31, {2'000'000'000}, camera(), kGravity, field, out), 0U) << "only once";
+  Schedule sut(dropped_ball());
+  std::array<DueThrow, 4> out;
+  EXPECT_EQ(sut.due_throws(29, {999'999'999}, camera(), kGravity, field, out), 0U);
+  ASSERT_EQ(sut.due_throws(30, {1'000'000'000}, camera(), kGravity, field, out), 1U);
+  EXPECT_NEAR(out[0].start.position_world_m.y, 0.4 + 0.05, 0.002);
+  EXPECT_NEAR(out[0].start.position_world_m.z, -0.8 * 0.8660254, 1e-6);
+  EXPECT_EQ(out[0].start.velocity_world_m_per_s, Vec3d{});
+  EXPECT_EQ(sut.left(), 0U);
+  EXPECT_EQ(sut.due_throws(31, {2'000'000'000}, camera(), kGravity, field, out), 0U) << "only once";
 }
 
-TEST(DropScript, TableNearerThanTheThrowIsFoundByComingNearer) {
+TEST(Script, TableNearerThanTheThrowIsFoundByComingNearer) {
   // A table whose far edge is at z = -0.57, seen from above; behind it nothing is known.
   test::AnalyticField scene([](const Vec3d& p) { return p.y - 0.7; });
   scene.set_seen([](const Vec3d& p) { return p.z > -0.57; });
   const auto start =
-      place_above_surface(contact::Shape::sphere(0.05), 0.8, 0.3, camera(), kGravity, scene.field());
+      place_above_surface(contact::Shape::sphere(0.05), 0.8, 0.3, camera().T_world_depth, kGravity, scene.field());
   ASSERT_TRUE(start.has_value());
   EXPECT_GT(start->z, -0.57);
   EXPECT_LT(start->z, -0.5);
   EXPECT_NEAR(start->y, 0.7 + 0.35, 0.002);
 }
 
-TEST(DropScript, WallInTheWayIsNotPassed) {
+TEST(Script, WallInTheWayIsNotPassed) {
   test::AnalyticField scene(
       [](const Vec3d& p) { return std::min(p.y, p.z + 0.4); });  // a wall 0.46 m along the view
   EXPECT_FALSE(
-      place_above_surface(contact::Shape::sphere(0.05), 0.8, 0.3, camera(), kGravity, scene.field()));
+      place_above_surface(contact::Shape::sphere(0.05), 0.8, 0.3, camera().T_world_depth, kGravity, scene.field()));
 }
 
-TEST(DropScript, WaitsForTheMapAndThenDropsStraightInFront) {
+TEST(Script, WaitsForTheMapAndThenDropsStraightInFront) {
   auto scene = test::floor_scene();
   scene.set_solid(false);
   const contact::DistanceField field = scene.field();
-  DropScript sut(default_drop_script());
-  std::array<contact::BodySpec, 4> out;
-  EXPECT_EQ(sut.due(30, {1'000'000'000}, camera(), kGravity, field, out), 0U);
-  EXPECT_EQ(sut.due(150, {5'900'000'000}, camera(), kGravity, field, out), 0U);
-  ASSERT_EQ(sut.due(180, {6'000'000'000}, camera(), kGravity, field, out), 1U);
-  EXPECT_NEAR(out[0].position_world_m.y, 1.2 - 0.4, 1e-9);
+  Schedule sut(dropped_ball());
+  std::array<DueThrow, 4> out;
+  EXPECT_EQ(sut.due_throws(30, {1'000'000'000}, camera(), kGravity, field, out), 0U);
+  EXPECT_EQ(sut.due_throws(150, {5'900'000'000}, camera(), kGravity, field, out), 0U);
+  ASSERT_EQ(sut.due_throws(180, {6'000'000'000}, camera(), kGravity, field, out), 1U);
+  EXPECT_NEAR(out[0].start.position_world_m.y, 1.2 - 0.4, 1e-9);
 
-  DropScript other(default_drop_script());
-  EXPECT_EQ(other.due(30, {1'000'000'000}, camera(), kGravity, field, out), 0U);
+  Schedule other(dropped_ball());
+  EXPECT_EQ(other.due_throws(30, {1'000'000'000}, camera(), kGravity, field, out), 0U);
   scene.set_solid(true);
-  ASSERT_EQ(other.due(31, {1'033'000'000}, camera(), kGravity, field, out), 1U);
-  EXPECT_NEAR(out[0].position_world_m.y, 0.45, 0.002);
+  ASSERT_EQ(other.due_throws(31, {1'033'000'000}, camera(), kGravity, field, out), 1U);
+  EXPECT_NEAR(out[0].start.position_world_m.y, 0.45, 0.002);
 }
 
-TEST(DropScript, SpeedGoesAlongTheViewAndOverflowWaits) {
+TEST(Script, SpeedGoesAlongTheViewAndOverflowWaits) {
   auto scene = test::floor_scene();
-  const auto script = parse_drop_script(
+  const auto script = parse_script(
       "[[throw]]\nat_frame = 1\nspeed_m_per_s = 2\nvelocity_m_per_s = [1, 0, 0]\n[[throw]]\nat_frame = 1\n",
       "drop.toml");
   ASSERT_TRUE(script.has_value());
-  DropScript sut(script.value());
-  std::array<contact::BodySpec, 1> out;
-  ASSERT_EQ(sut.due(1, {0}, camera(), kGravity, scene.field(), out), 1U);
-  EXPECT_NEAR(out[0].velocity_world_m_per_s.x, 1, 1e-12);
-  EXPECT_NEAR(out[0].velocity_world_m_per_s.y, -1, 1e-12);
-  EXPECT_NEAR(out[0].velocity_world_m_per_s.z, -1.7320508, 1e-6);
-  EXPECT_EQ(sut.throws_left(), 1U);
-  EXPECT_EQ(sut.due(2, {0}, camera(), kGravity, scene.field(), out), 1U);
-  EXPECT_EQ(sut.throws_left(), 0U);
+  Schedule sut(script.value());
+  std::array<DueThrow, 1> out;
+  ASSERT_EQ(sut.due_throws(1, {0}, camera(), kGravity, scene.field(), out), 1U);
+  EXPECT_NEAR(out[0].start.velocity_world_m_per_s.x, 1, 1e-12);
+  EXPECT_NEAR(out[0].start.velocity_world_m_per_s.y, -1, 1e-12);
+  EXPECT_NEAR(out[0].start.velocity_world_m_per_s.z, -1.7320508, 1e-6);
+  EXPECT_EQ(sut.left(), 1U);
+  EXPECT_EQ(sut.due_throws(2, {0}, camera(), kGravity, scene.field(), out), 1U);
+  EXPECT_EQ(sut.left(), 0U);
 }
 
 }  // namespace

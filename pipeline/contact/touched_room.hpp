@@ -1,0 +1,76 @@
+// The room as virtual things feel it: the live map, seen through one of the paper's three conditions (section V-B).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+#include "pipeline/contact/depth_field.hpp"
+#include "pipeline/contact/map_field.hpp"
+
+namespace tactus::contact {
+
+/// none: nothing real stops a thing. uniform: everything real is of one material ("other"). semantic: each surface acts by
+/// its posterior.
+enum class Collision : std::uint8_t { none, uniform, semantic };
+inline constexpr std::array<std::string_view, 3> kCollisionNames = {"none", "uniform", "semantic"};
+
+/// Holds the condition, which may change at any time between steps, and the newest depth frame, which answers where the
+/// map does not know yet. Thread-bound; neither copied nor moved once field() was called.
+class TouchedRoom {
+ public:
+  TouchedRoom() = default;
+  TouchedRoom(const TouchedRoom&) = delete;
+  TouchedRoom& operator=(const TouchedRoom&) = delete;
+
+  /// Boot. `reader` outlives the room.
+  void bind(const map::Reader& reader, Collision collision) {
+    map_ = field_of(reader);
+    backed_ = DepthBackedField(map_, depth_);
+    inner_ = backed_.field();
+    collision_ = collision;
+  }
+  void set_collision(Collision collision) noexcept { collision_ = collision; }
+  [[nodiscard]] Collision collision() const noexcept { return collision_; }
+  /// The frame's memory must stay until the next call.
+  void set_depth(const DepthView& view) noexcept { depth_ = view; }
+
+  [[nodiscard]] DistanceField field() const noexcept {
+    DistanceField field = inner_;
+    field.context = this;
+    field.sample_fn = [](const void* self, const Vec3f& p, map::DistanceSample& out) noexcept {
+      const TouchedRoom& room = *static_cast<const TouchedRoom*>(self);
+      return room.collision_ != Collision::none && room.inner_.sample(p.cast<double>(), out);
+    };
+    field.distance_fn = [](const void* self, const Vec3f& p, float& distance_m) noexcept {
+      const TouchedRoom& room = *static_cast<const TouchedRoom*>(self);
+      double known_m = 0;
+      if (room.collision_ == Collision::none || !room.inner_.distance(p.cast<double>(), known_m)) return false;
+      distance_m = static_cast<float>(known_m);
+      return true;
+    };
+    field.materials_fn = [](const void* self, const Vec3f& p, MaterialDistribution& out) noexcept {
+      const TouchedRoom& room = *static_cast<const TouchedRoom*>(self);
+      return room.collision_ == Collision::semantic && room.inner_.materials(p.cast<double>(), out);
+    };
+    field.raycast_fn = [](const void* self, const Vec3f& origin, const Vec3f& direction, float range_m,
+                          map::SurfacePoint& out) noexcept {
+      const TouchedRoom& room = *static_cast<const TouchedRoom*>(self);
+      if (room.collision_ == Collision::none ||
+          !room.map_.raycast(origin.cast<double>(), direction.cast<double>(), static_cast<double>(range_m), out))
+        return false;
+      if (room.collision_ == Collision::uniform) out.material = kUnknownMaterial;
+      return true;
+    };
+    return field;
+  }
+
+ private:
+  DistanceField map_;
+  DepthView depth_;
+  DepthBackedField backed_;
+  DistanceField inner_;
+  Collision collision_ = Collision::semantic;
+};
+
+}  // namespace tactus::contact
