@@ -13,14 +13,6 @@ namespace {
 
 constexpr int kSphereContactsMax = 4;
 
-/// One sample at the centre settles two cases: the shape is behind a surface, or farther from every surface
-/// than it reaches. The distance is at most twice the true one (seen at 60 degrees); a saturated one counts
-/// as it is.
-bool center_says_none(const DistanceField& field, const Vec3d& center, double reach_m) {
-  double distance_m = 0;
-  return field.distance(center, distance_m) && (distance_m < 0 || distance_m > 2 * reach_m);
-}
-
 int sphere_contacts(const DistanceField& field, const Vec3d& center, double radius_m,
                     std::span<FieldContact, kFieldContactsMax> out) {
   SphereSeeds seeds;
@@ -57,7 +49,7 @@ int sphere_contacts(const DistanceField& field, const Vec3d& center, double radi
 int field_contacts(const DistanceField& field, const Shape& shape, const Vec3d& center,
                    const Rotation& R_world_body, double margin_m, const Vec3d& up_world,
                    std::span<FieldContact, kFieldContactsMax> out) noexcept {
-  if (center_says_none(field, center, reach_m(shape) + margin_m)) return 0;
+  if (center_is_behind(field, center)) return 0;
   if (shape.kind == ShapeKind::sphere) return sphere_contacts(field, center, shape.radius_m, out);
 
   Candidates candidates;

@@ -45,10 +45,10 @@ class Sweep {
   /// truncation distance when there is none in the band.
   [[nodiscard]] double clearance(const Vec3d& center) const {
     const double truncation_m = static_cast<double>(field_.truncation_m);
-    bool inside = false;
-    const double least_m = shape_.kind == ShapeKind::sphere ? sphere_clearance(center, inside)
-                                                            : points_clearance(center, inside);
-    if (inside && center_is_behind(field_, center)) return truncation_m;
+    const double least_m =
+        shape_.kind == ShapeKind::sphere ? sphere_clearance(center) : points_clearance(center);
+    // As field_contacts() has it: what stops here must be a contact there, or the body would hang in the air.
+    if (least_m < kTouchM && center_is_behind(field_, center)) return truncation_m;
     return std::min(least_m, truncation_m);
   }
 
@@ -64,7 +64,7 @@ class Sweep {
     return 0;
   }
 
-  [[nodiscard]] double sphere_clearance(const Vec3d& center, bool& inside) const {
+  [[nodiscard]] double sphere_clearance(const Vec3d& center) const {
     SphereSeeds seeds;
     const std::size_t count = sample_seeds(field_, center, shape_.radius_m, 1, &motion_, seeds);
     const std::span<SphereSeed> samples = std::span(seeds).first(count);
@@ -82,7 +82,6 @@ class Sweep {
       touch.distance_m -= allowance_towards(touch.direction);
       descend(field_, center, shape_.radius_m, touch);
       if (touch.gradient.dot(touch.direction) > kFacingCosine || touch.gradient.dot(motion_) > -0.2) continue;
-      inside = inside || touch.distance_m < 0;
       least_m = std::min(least_m, touch.distance_m + allowance_towards(touch.direction));
     }
     return least_m;
@@ -113,13 +112,12 @@ class Sweep {
     return true;
   }
 
-  [[nodiscard]] double points_clearance(const Vec3d& center, bool& inside) const {
+  [[nodiscard]] double points_clearance(const Vec3d& center) const {
     double least_m = static_cast<double>(field_.truncation_m);
     for (std::size_t i = 0; i < surface_.count; ++i) {
       Probe probe;
       if (!sample_at(center, surface_.points_m[i], kTouchM, probe)) continue;
       if (probe.gradient.dot(probe.arm) > 0 || probe.gradient.dot(motion_) > -0.2) continue;
-      inside = inside || probe.distance_m < 0;
       least_m = std::min(least_m, probe.distance_m + allowance_m_[i]);
     }
     return least_m;

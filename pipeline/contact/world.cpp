@@ -25,6 +25,7 @@ constexpr double kErp = 0.2;
 constexpr double kPushOutSpeedMax = 1.0;  // m/s: a body that the map grows over is eased out, not shot
 constexpr double kSinkMaxM = 0.008;
 constexpr double kSweepLeastM = 0.002;
+constexpr double kHeldM = 0.0001;
 constexpr double kCalmSpeed = 0.02;       // of any point of the body
 constexpr std::uint16_t kCalmSteps = 30;  // a quarter of a second
 constexpr double kShiftM = 0.002;         // of a surface under a sleeper, that wakes it: a fifth of a voxel
@@ -703,6 +704,8 @@ void World::sleep_calm_groups() noexcept {
 void World::sweep(Slot& slot, bool free_flight) noexcept {
   const Vec3d from = slot.position_before_m;
   const Vec3d travel = vec(dBodyGetPosition(slot.body)) - from;
+  const std::uint16_t held_steps = slot.held_steps;
+  slot.held_steps = 0;
   if (travel.dot(travel) < kSweepLeastM * kSweepLeastM) return;
   const double fraction =
       free_fraction(field_, slot.shape, from, Rotation::from(quaternion_of(slot.body)), travel);
@@ -710,6 +713,14 @@ void World::sweep(Slot& slot, bool free_flight) noexcept {
   ++counters_.sweeps_stopped;
   const Vec3d p = from + travel * fraction;
   dBodySetPosition(slot.body, p.x, p.y, p.z);
+  // A bounce takes one step. What is still held then is wedged where the contacts do not tell: gravity would
+  // go on filling it with speed.
+  if (travel.norm() * fraction < kHeldM) slot.held_steps = static_cast<std::uint16_t>(held_steps + 1);
+  if (slot.held_steps > 2) {
+    slot.held_steps = 2;
+    dBodySetLinearVel(slot.body, 0, 0, 0);
+    return;
+  }
   if (!free_flight) return;
   const Vec3d v =
       vec(dBodyGetLinearVel(slot.body)) - config_.gravity_world_m_per_s2 * (kStepS * (1 - fraction));

@@ -179,6 +179,7 @@ class World {
     dxGeom* geom = nullptr;
     std::uint16_t generation = 0;
     std::uint16_t calm_steps = 0;
+    std::uint16_t held_steps = 0;  // in a row that its path was stopped where it began
     bool touching = false;  // had a contact in the last step
     bool on_field = false;  // one of them with a real surface
     bool in_group = false;  // scratch of sleep_calm_groups()
