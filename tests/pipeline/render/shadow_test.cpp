@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tests/pipeline/render/drawing.hpp"
+#include "tests/pipeline/render/golden.hpp"
 #include "tests/pipeline/render/picture.hpp"
 #include "tests/pipeline/render/scene.hpp"
 
@@ -33,6 +34,13 @@ class ShadowTest : public test::DrawingTest {
   void see(std::span<const test::Plane> planes) {
     depth_m_ = test::depth_of_planes(drawing_->config.camera, inputs_.T_world_depth, planes);
     inputs_.depth_m = depth_m_;
+  }
+
+  /// Noise of a Kinect v1 (1.425 mm z^2, one sigma), and holes.
+  void disturb_depth(unsigned seed) {
+    std::mt19937 random(seed);
+    std::normal_distribution<float> normal;
+    for (float& z : depth_m_) z = random() % 200 == 0 ? 0.0F : z + 0.001425F * z * z * normal(random);
   }
 
   test::Picture picture() {
@@ -92,6 +100,73 @@ TEST_F(ShadowTest, SphereAndBoxDarkenTheFloorInsideTheirAnalyticOutlineOnly) {
   EXPECT_GT(inside, 1000);
   EXPECT_GT(outside, 50000);
   EXPECT_GE(darkened, 0.95 * inside);
+}
+
+TEST_F(ShadowTest, NoisyDepthLeavesNoSpecksOutsideTheShadowAndFewInside) {
+  see(std::array{kFloor});
+  disturb_depth(4);
+  const Vec3d ball{0, 0.4, 0}, light = inputs_.light.toward_world.cast<double>();
+  const std::array<Body, 1> bodies = {Body{Shape::sphere, {200, 60, 40}, {0.15F, 0, 0}, ball, {}}};
+  inputs_.bodies = bodies;
+  const test::Picture drawn = picture();
+  std::vector<bool> shadow, covered;
+  const Vec3d eye = inputs_.T_world_depth.translation;
+  for (int v = 0; v < kHeight; ++v)
+    for (int u = 0; u < kWidth; ++u) {
+      const Vec3d on_floor = eye - eye_ray(u, v) * (eye.y / eye_ray(u, v).y);
+      shadow.push_back(test::meets_sphere(on_floor, light, ball, 0.15));
+      covered.push_back(test::meets_sphere(eye, eye_ray(u, v), ball, 0.15));
+    }
+  const auto in_shadow = test::without_band(shadow, kWidth, kHeight, 2);
+  const auto on_body = test::without_band(covered, kWidth, kHeight, 2);
+  int inside = 0, darkened = 0;
+  for (std::size_t i = 0; i < depth_m_.size(); ++i) {
+    if (on_body[i] != 0) continue;
+    const int g = drawn.rgb[3 * i + 1];
+    EXPECT_TRUE(in_shadow[i] != 0 || g == 160) << i;
+    if (in_shadow[i] != 1) continue;
+    ++inside;
+    darkened += g < 125 ? 1 : 0;
+  }
+  EXPECT_GT(inside, 700);
+  EXPECT_GE(darkened, 0.95 * inside);
+}
+
+// What one frame of the product looks like: noisy depth, bodies on and above the floor, marks, help.
+TEST_F(ShadowTest, RoomWithEverythingInItLooksLikeItsGoldenPicture) {
+  inputs_.T_world_depth = test::look_at({0.1, 1.0, 1.3}, {0, 0.25, -0.2});
+  see(std::array{kFloor, test::Plane{{0, 0, 1}, -0.7}});
+  for (int v = 0; v < kHeight; ++v)
+    for (int u = 0; u < kWidth; ++u) {
+      const Vec3d p = real_point(u, v);
+      const bool is_wall = p.z < -0.69;
+      const bool is_odd = is_wall ? static_cast<int>(std::floor(p.y * 10)) % 2 != 0
+                                  : ((static_cast<int>(std::floor(p.x * 8)) ^ static_cast<int>(std::floor(p.z * 8))) & 1) != 0;
+      const Rgb8 color = is_wall ? (is_odd ? Rgb8{196, 190, 176} : Rgb8{204, 198, 184})
+                                 : (is_odd ? Rgb8{168, 132, 92} : Rgb8{182, 146, 104});
+      const std::size_t i = 3 * static_cast<std::size_t>(v * kWidth + u);
+      video_[i] = color.r;
+      video_[i + 1] = color.g;
+      video_[i + 2] = color.b;
+    }
+  disturb_depth(9);
+  std::array<Body, 5> bodies;
+  bodies[0] = {Shape::sphere, {200, 60, 50}, {0.1F, 0, 0}, {-0.4, 0.1, 0.1}, {}, 0, 0, 0.25F, 0};
+  bodies[1] = {Shape::box, {190, 150, 90}, {0.08F, 0.08F, 0.08F}, {-0.1, 0.08, -0.2}, Quaternion{0.9, 0, 0.4, 0}.normalized(), 0, 0, 0.8F, 0};
+  bodies[2] = {Shape::capsule, {70, 160, 90}, {0.05F, 0, 0}, {0.1, 0.3, 0.2}, Quaternion{0.8, 0.2, 0.5, 0.1}.normalized(), 0.1F, 0, 0.4F, 0};
+  bodies[3] = {Shape::cylinder, {220, 215, 210}, {0.06F, 0, 0}, {0.3, 0.1, -0.1}, Quaternion{0.7071, -0.7071, 0, 0}.normalized(), 0.1F, 0, 0.3F, 1};
+  bodies[4] = {Shape::sphere, {230, 180, 60}, {0.07F, 0, 0}, {0.05, 0.55, -0.5}, {}, 0, 0, 0.3F, 1};
+  const std::array<Decal, 4> decals = {Decal{DecalKind::crater, {-0.45, 0.45, -0.7}, {0, 0, 1}, 0.12F, {190, 185, 175}, 2},
+                                       Decal{DecalKind::cracks, {0.4, 0.5, -0.7}, {0, 0, 1}, 0.14F, {210, 220, 220}, 5},
+                                       Decal{DecalKind::splinter, {0.15, 0, 0.35}, {0, 1, 0}, 0.12F, {200, 150, 90}, 7},
+                                       Decal{DecalKind::tear, {-0.25, 0, 0.4}, {0, 1, 0}, 0.1F, {170, 120, 80}, 8}};
+  const std::array<TextLine, 1> text = {TextLine{"H: help  Q: leave", 6, 6, {255, 255, 255}, 1}};
+  inputs_.bodies = bodies;
+  inputs_.decals = decals;
+  inputs_.text = text;
+  inputs_.crosshair = Rgb8{255, 255, 255};
+  inputs_.light.toward_world = {0.5F, 0.8F, 0.5F};
+  test::expect_golden(picture(), "room");
 }
 
 TEST_F(ShadowTest, SurfacesBetweenTheLightAndTheBodyStayLit) {
