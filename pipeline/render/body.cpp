@@ -13,8 +13,8 @@ constexpr float kMarginPixels = 0.5F;  // rounding must not cut the outermost pi
 bool is_finite(const Body& body) {
   const Quaternion& q = body.rotation_world_body;
   return std::isfinite(body.center_world_m.x + body.center_world_m.y + body.center_world_m.z) &&
-         std::isfinite(body.half_extent_m.x + body.half_extent_m.y + body.half_extent_m.z + body.half_length_m +
-                       body.roughness + body.metalness) &&
+         std::isfinite(body.half_extent_m.x + body.half_extent_m.y + body.half_extent_m.z +
+                       body.half_length_m + body.roughness + body.metalness) &&
          std::isfinite(q.w + q.x + q.y + q.z);
 }
 
@@ -32,32 +32,44 @@ std::array<std::uint8_t, 4> finish_of(const Body& body) {
 float radius_of(const Body& body, std::span<const float> hull_radii_m) {
   const Vec3f& half = body.half_extent_m;
   switch (body.shape) {
-    case Shape::sphere: return half.x;
-    case Shape::box: return half.norm();
-    case Shape::capsule: return half.x > 0 ? half.x + std::max(body.half_length_m, 0.0F) : 0;
+    case Shape::sphere:
+      return half.x;
+    case Shape::box:
+      return half.norm();
+    case Shape::capsule:
+      return half.x > 0 ? half.x + std::max(body.half_length_m, 0.0F) : 0;
     case Shape::cylinder:
       return half.x > 0 && body.half_length_m > 0 ? Vec3f{half.x, body.half_length_m, 0}.norm() : 0;
-    case Shape::hull: return body.hull_index < hull_radii_m.size() ? hull_radii_m[body.hull_index] : 0;
+    case Shape::hull:
+      return body.hull_index < hull_radii_m.size() ? hull_radii_m[body.hull_index] : 0;
   }
   return 0;
 }
 
 std::size_t mesh_of(const Body& body) {
   switch (body.shape) {
-    case Shape::cylinder: return kCylinderMesh;
-    case Shape::capsule: return kCapsuleMesh;
-    case Shape::hull: return kFirstHullMesh + body.hull_index;
-    default: return kBoxMesh;
+    case Shape::cylinder:
+      return kCylinderMesh;
+    case Shape::capsule:
+      return kCapsuleMesh;
+    case Shape::hull:
+      return kFirstHullMesh + body.hull_index;
+    default:
+      return kBoxMesh;
   }
 }
 
 Vec3f half_axes_lengths(const Body& body) {
   const float radius_m = body.half_extent_m.x;
   switch (body.shape) {
-    case Shape::cylinder: return {radius_m, radius_m, body.half_length_m};
-    case Shape::capsule: return {radius_m, radius_m, radius_m};
-    case Shape::hull: return {1, 1, 1};
-    default: return body.half_extent_m;
+    case Shape::cylinder:
+      return {radius_m, radius_m, body.half_length_m};
+    case Shape::capsule:
+      return {radius_m, radius_m, radius_m};
+    case Shape::hull:
+      return {1, 1, 1};
+    default:
+      return body.half_extent_m;
   }
 }
 
@@ -144,7 +156,8 @@ InstanceCounts build_instances(std::span<const Body> bodies, const T_WorldDepth&
     }
   };
 
-  // First how many of each mesh, so that each has one run of instances; then the instances, in the same order.
+  // First how many of each mesh, so that each has one run of instances; then the instances, in the same
+  // order.
   std::size_t meshes_count = 0;
   for (const bool is_in_view : {true, false})
     for_each(is_in_view, [&](const Body& body, const Placed&) {

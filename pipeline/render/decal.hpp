@@ -15,8 +15,8 @@ namespace tactus::render {
 
 inline constexpr std::size_t kDecalsMax = 128;
 
-/// A disc that clings to the real surface: drawn where a pixel's real point is within radius_m of the disc's axis and
-/// within kDecalThicknessM of its plane.
+/// A disc that clings to the real surface: drawn where a pixel's real point is within radius_m of the disc's
+/// axis and within kDecalThicknessM of its plane.
 struct Decal {
   DecalKind kind = DecalKind::none;  // none is not drawn
   Vec3d position_world_m;
@@ -44,8 +44,8 @@ struct DecalCounts {
   std::size_t total_count = 0;
 };
 
-/// Turns the decals that the camera can see into instances, by kind, else in their order; the first kDecalsMax of them
-/// are looked at. Values that are not finite are not drawn. Pure; O(decals); any phase.
+/// Turns the decals that the camera can see into instances, by kind, else in their order; the first
+/// kDecalsMax of them are looked at. Values that are not finite are not drawn. Pure; O(decals); any phase.
 DecalCounts build_decals(std::span<const Decal> decals, const T_WorldDepth& T_world_depth,
                          const hal::Intrinsics& camera, const ClipRange& range,
                          std::span<DecalInstance> instances) noexcept;

@@ -12,16 +12,16 @@ namespace {
 constexpr int kSampleStep = 8, kNormalReach = 4, kRounds = 4;
 constexpr int kBrightMax = 250, kBrightMin = 8;
 constexpr std::size_t kTerms = 5;  // A, H, b
-// Shares of the samples' weight with which A and H are held to the default light's part of the mean brightness: floor
-// and two walls alone leave one of the five open.
+// Shares of the samples' weight with which A and H are held to the default light's part of the mean
+// brightness: floor and two walls alone leave one of the five open.
 constexpr double kHold = 0.01;
 
 using Terms = std::array<double, kTerms>;
 
 bool is_depth(float z_m) { return std::isfinite(z_m) && z_m > 0; }
 
-/// Unit, towards the camera, optical frame; zero where the four points around are no one surface (the same gap as in
-/// normals_of_depth).
+/// Unit, towards the camera, optical frame; zero where the four points around are no one surface (the same
+/// gap as in normals_of_depth).
 Vec3f normal_at(const LightView& view, int u, int v) {
   const hal::Intrinsics& camera = view.camera;
   const auto depth = [&](int x, int y) {
@@ -65,7 +65,8 @@ std::size_t take_samples(const LightView& view, std::span<LightSample> samples) 
   return count;
 }
 
-/// The harmonic mean of the eigenvalues of sum n n^T / count over 3: between a third of the smallest and the smallest.
+/// The harmonic mean of the eigenvalues of sum n n^T / count over 3: between a third of the smallest and the
+/// smallest.
 double spread_of(std::span<const LightSample> samples) {
   double xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;
   for (const LightSample& sample : samples) {
@@ -151,7 +152,8 @@ bool fit_round(std::span<const LightSample> samples, const Vec3d& toward, bool h
                              static_cast<double>(sample.color.z)};
     for (std::size_t i = 0; i < kTerms; ++i) {
       for (std::size_t j = 0; j <= i; ++j) matrix[i][j] += weight * terms[i] * terms[j];
-      for (std::size_t channel = 0; channel < 3; ++channel) right[channel][i] += weight * terms[i] * color[channel];
+      for (std::size_t channel = 0; channel < 3; ++channel)
+        right[channel][i] += weight * terms[i] * color[channel];
     }
   }
   constexpr Light kDefault;

@@ -1,4 +1,5 @@
-// The room's light from its picture: what lamp and what hemisphere explain how bright surfaces are by how they face.
+// The room's light from its picture: what lamp and what hemisphere explain how bright surfaces are by how
+// they face.
 #pragma once
 
 #include <cstddef>
@@ -19,17 +20,20 @@ struct LightView {
   T_WorldDepth T_world_depth;
 };
 
-/// Light seen in one picture. Every 8th pixel each way that is neither near black nor saturated gives a normal (from
-/// depth 4 pixels around) and a linear colour (the square of the video's). Fitted is
+/// Light seen in one picture. Every 8th pixel each way that is neither near black nor saturated gives a
+/// normal (from depth 4 pixels around) and a linear colour (the square of the video's). Fitted is
 ///   I(n) = albedo (A + H n.up + m(n) b.n),   m = 1 where n faces the lamp, else 0,
-/// first-order spherical harmonics with the shadowed side cut off (Ramamoorthi and Hanrahan 2001), per channel, in 3
-/// rounds: the first finds the lamp's side, two more weigh down what does not fit (Cauchy; shadows, gloss, odd albedo).
-/// Albedo is not seen apart from light: it is taken to be kMeanAlbedo on average and independent of how a surface
-/// faces. A room whose walls are brighter than its floor for their paint alone looks lit from the side.
+/// first-order spherical harmonics with the shadowed side cut off (Ramamoorthi and Hanrahan 2001), per
+/// channel, in 4 rounds: two find the lamp's side, two more weigh down what does not fit (Cauchy;
+/// shadows, gloss, odd albedo). Albedo is not seen apart from light: it is taken to be kMeanAlbedo on average
+/// and independent of how a surface faces. A room whose walls are brighter than its floor for their paint
+/// alone looks lit from the side.
 struct LightFit {
   Light light;
   int samples_count = 0;
-  float spread = 0;  // smallest eigenvalue of the normals' covariance; 1/3 for all directions alike, 0 for two walls
+  /// Harmonic mean of the eigenvalues of mean(n n^T) over 3: between a third of the smallest and the smallest.
+  /// 1/9 for all directions alike, 0 for one or two walls.
+  float spread = 0;
 };
 inline constexpr float kMeanAlbedo = 0.5F;
 inline constexpr int kLightSamplesMin = 200;
@@ -43,12 +47,13 @@ struct LightSample {
 /// How many samples a picture of this camera can give. Pure.
 std::size_t light_samples_max(const hal::Intrinsics& camera);
 
-/// Pure; no heap; O(pixels / 64); any phase. `samples` is scratch for light_samples_max() of them. ok | skipped (too few
-/// samples, or their normals do not span all three directions: `fit.light` is the default one).
+/// Pure; no heap; O(pixels / 64); any phase. `samples` is scratch for light_samples_max() of them. ok |
+/// skipped (too few samples, or their normals do not span all three directions: `fit.light` is the default
+/// one).
 rt::Status fit_light(const LightView& view, std::span<LightSample> samples, LightFit& fit) noexcept;
 
-/// The light over time: fits drawn in with a time constant of kLightSettleS; the default one until the first fit.
-/// Pictures that cannot tell leave it as it is. One thread.
+/// The light over time: fits drawn in with a time constant of kLightSettleS; the default one until the first
+/// fit. Pictures that cannot tell leave it as it is. One thread.
 class LightEstimate {
  public:
   static std::size_t bytes_needed(const hal::Intrinsics& camera);

@@ -83,7 +83,8 @@ void add_cylinder(MeshSet& set) {
 void add_capsule(MeshSet& set) {
   Builder builder(set);
   int ring = -1;
-  // From the lower pole to its equator, then from the upper equator to its pole; poles are rings of one point.
+  // From the lower pole to its equator, then from the upper equator to its pole; poles are rings of one
+  // point.
   for (const float cap : {-1.0F, 1.0F})
     for (int k = 0; k <= kRingsPerCap; ++k) {
       const int step = cap < 0 ? k - kRingsPerCap : k;
@@ -135,7 +136,8 @@ rt::Result<MeshSet> build_meshes(std::span<const HullMesh> hulls) {
       if (!std::isfinite(p.x + p.y + p.z)) return refuse(i, "has a vertex that is not finite");
     for (const auto& triangle : hulls[i].triangles)
       for (const std::uint16_t index : triangle)
-        if (index >= hulls[i].vertices_m.size()) return refuse(i, "has a triangle whose vertex does not exist");
+        if (index >= hulls[i].vertices_m.size())
+          return refuse(i, "has a triangle whose vertex does not exist");
     add_hull(set, hulls[i]);
   }
   return set;

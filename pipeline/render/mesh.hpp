@@ -38,9 +38,9 @@ struct MeshSet {
   std::vector<Range> ranges;
 };
 
-/// Box, cylinder and capsule of half size 1 (both along z; 32 sides: at 100 pixels of radius the outline is 0.5 pixels
-/// off at most), then the hulls with flat normals. Boot. Errors: bad_usage (too many hulls or vertices, an index
-/// without a vertex, a value that is not finite).
+/// Box, cylinder and capsule of half size 1 (both along z; 32 sides: at 100 pixels of radius the outline is
+/// 0.5 pixels off at most), then the hulls with flat normals. Boot. Errors: bad_usage (too many hulls or
+/// vertices, an index without a vertex, a value that is not finite).
 rt::Result<MeshSet> build_meshes(std::span<const HullMesh> hulls);
 
 /// Radius of the sphere about the origin that holds the hull. Pure.

@@ -91,13 +91,14 @@ rt::Status take_errors() {
 bool is_finite(const Vec3f& v) { return std::isfinite(v.x + v.y + v.z); }
 
 Light usable(const Light& light) {
-  const bool is_usable = is_finite(light.toward_world) && light.toward_world.norm() > 0 && is_finite(light.color) &&
-                         is_finite(light.ambient_up) && is_finite(light.ambient_down);
+  const bool is_usable = is_finite(light.toward_world) && light.toward_world.norm() > 0 &&
+                         is_finite(light.color) && is_finite(light.ambient_up) &&
+                         is_finite(light.ambient_down);
   return is_usable ? light : Light{};
 }
 
-/// K R K^-1, so that pixel_video ~ H (u, v, 1); its third coordinate is the depth that a point of depth 1 in the
-/// picture has in the video's camera.
+/// K R K^-1, so that pixel_video ~ H (u, v, 1); its third coordinate is the depth that a point of depth 1 in
+/// the picture has in the video's camera.
 std::array<Vec3d, 3> homography_columns(const Rotation& R_video_picture, const hal::Intrinsics& camera) {
   const auto through = [&](const Vec3d& ray) {
     const Vec3d d = R_video_picture * ray;
@@ -113,9 +114,9 @@ rt::Error bad_usage(std::string message) { return {rt::ExitCode::bad_usage, std:
 
 std::size_t Renderer::bytes_needed(const RenderConfig& config) {
   return rt::bytes_of<SphereInstance>(config.bodies_count_max) +
-         rt::bytes_of<MeshInstance>(config.bodies_count_max) + rt::bytes_of<Caster>(2 * config.bodies_count_max) +
-         rt::bytes_of<DecalInstance>(kDecalsMax) + rt::bytes_of<GlyphInstance>(kGlyphInstancesMax) +
-         rt::bytes_of<float>(config.hulls.size()) +
+         rt::bytes_of<MeshInstance>(config.bodies_count_max) +
+         rt::bytes_of<Caster>(2 * config.bodies_count_max) + rt::bytes_of<DecalInstance>(kDecalsMax) +
+         rt::bytes_of<GlyphInstance>(kGlyphInstancesMax) + rt::bytes_of<float>(config.hulls.size()) +
          rt::bytes_of<std::uint8_t>(static_cast<std::size_t>(config.camera.width) * 4 * kRowsPerRead);
 }
 
@@ -210,31 +211,35 @@ rt::Result<void> Renderer::link_programs() {
       decal(DecalKind::tear),
       decal(DecalKind::splinter),
       decal(DecalKind::dent),
-      {"shadow of a sphere", false, {kSphereAttributes, kCastSphereVertex, ""}, {kCastSphereFragment, "", "", "", ""}},
-      {"shadow of a mesh", false, {kMeshAttributes, kCastMeshVertex, ""}, {kCastMeshFragment, "", "", "", ""}},
+      {"shadow of a sphere",
+       false,
+       {kSphereAttributes, kCastSphereVertex, ""},
+       {kCastSphereFragment, "", "", "", ""}},
+      {"shadow of a mesh",
+       false,
+       {kMeshAttributes, kCastMeshVertex, ""},
+       {kCastMeshFragment, "", "", "", ""}},
       {"text", false, {kTextVertex, "", ""}, {kTextFragment, "", "", "", ""}},
   }};
-  constexpr std::pair<const char*, GLint> kSamplers[] = {{"video", kVideoTexture},
-                                                         {"real_depth_m", kDepthTexture},
-                                                         {"labels", kLabelsTexture},
-                                                         {"palette", kPaletteTexture},
-                                                         {"shadow_map", kShadowTexture},
-                                                         {"font", kFontTexture}};
+  constexpr std::pair<const char*, GLint> kSamplers[] = {
+      {"video", kVideoTexture},     {"real_depth_m", kDepthTexture}, {"labels", kLabelsTexture},
+      {"palette", kPaletteTexture}, {"shadow_map", kShadowTexture},  {"font", kFontTexture}};
   for (std::size_t i = 0; i < kProgramCount; ++i)
     for (std::size_t warp = 0; warp < (sources[i].has_warp ? 2 : 1); ++warp) {
       const auto& vertex = sources[i].vertex;
       const auto& fragment = sources[i].fragment;
       const char* const define = warp == 1 ? kWithWarp : kWithoutWarp;
       const std::array<const char*, 4> vertex_pieces = {kShaderCommon, vertex[0], vertex[1], vertex[2]};
-      const std::array<const char*, 7> fragment_pieces = {kShaderCommon, define,      fragment[0], fragment[1],
-                                                          fragment[2],   fragment[3], fragment[4]};
+      const std::array<const char*, 7> fragment_pieces = {
+          kShaderCommon, define, fragment[0], fragment[1], fragment[2], fragment[3], fragment[4]};
       const auto program = link_program(sources[i].name, vertex_pieces, fragment_pieces);
       if (!program) return program.error();
       programs_[i][warp] = *program;
       glUseProgram(*program);
       const GLuint block = glGetUniformBlockIndex(*program, "Frame");
       if (block != GL_INVALID_INDEX) glUniformBlockBinding(*program, block, kFrameBinding);
-      // Each texture has the unit of its number; a program that does not use one has no such name, and -1 is ignored.
+      // Each texture has the unit of its number; a program that does not use one has no such name, and -1 is
+      // ignored.
       for (const auto& [name, unit] : kSamplers) glUniform1i(glGetUniformLocation(*program, name), unit);
     }
   return {};
@@ -242,11 +247,14 @@ rt::Result<void> Renderer::link_programs() {
 
 rt::Result<void> Renderer::reserve_textures() {
   constexpr GLenum kFormats[kTextureCount] = {GL_RGB8, GL_R32F, GL_R8UI, GL_RGBA8, GL_DEPTH_COMPONENT16,
-                                               GL_R8};
+                                              GL_R8};
   const GLsizei width = config_.camera.width, height = config_.camera.height;
-  const GLsizei sizes[kTextureCount][2] = {
-      {width, height}, {width, height}, {width, height}, {256, 1}, {kShadowMapPixels, kShadowMapPixels},
-      {kGlyphsCount * kGlyphWidth, kGlyphHeight}};
+  const GLsizei sizes[kTextureCount][2] = {{width, height},
+                                           {width, height},
+                                           {width, height},
+                                           {256, 1},
+                                           {kShadowMapPixels, kShadowMapPixels},
+                                           {kGlyphsCount * kGlyphWidth, kGlyphHeight}};
   glGenTextures(kTextureCount, textures_);
   for (GLuint i = 0; i < kTextureCount; ++i) {
     glActiveTexture(GL_TEXTURE0 + i);
@@ -262,7 +270,8 @@ rt::Result<void> Renderer::reserve_textures() {
   std::vector<std::uint8_t> font;
   for (int y = 0; y < kGlyphHeight; ++y)
     for (int x = 0; x < kGlyphsCount * kGlyphWidth; ++x)
-      font.push_back(glyph_ink(static_cast<char>(kGlyphFirst + x / kGlyphWidth), x % kGlyphWidth, y) ? 255 : 0);
+      font.push_back(glyph_ink(static_cast<char>(kGlyphFirst + x / kGlyphWidth), x % kGlyphWidth, y) ? 255
+                                                                                                     : 0);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
   glActiveTexture(GL_TEXTURE0 + kFontTexture);
   glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, kGlyphsCount * kGlyphWidth, kGlyphHeight, GL_RED, GL_UNSIGNED_BYTE,
@@ -281,14 +290,16 @@ rt::Result<void> Renderer::reserve_textures() {
   glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &picture);
   glGenFramebuffers(1, &shadow_framebuffer_);
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, shadow_framebuffer_);
-  glFramebufferTexture2D(GL_DRAW_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, textures_[kShadowTexture], 0);
+  glFramebufferTexture2D(GL_DRAW_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, textures_[kShadowTexture],
+                         0);
   const bool is_complete = glCheckFramebufferStatus(GL_DRAW_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
   glDepthMask(GL_TRUE);
   if (is_complete) glClear(GL_DEPTH_BUFFER_BIT);
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, static_cast<GLuint>(picture));
   if (!is_complete)
-    return rt::Error{rt::ExitCode::device_unavailable,
-                     "render: the GLES driver does not draw into a 512 x 512 depth texture, which shadows need"};
+    return rt::Error{
+        rt::ExitCode::device_unavailable,
+        "render: the GLES driver does not draw into a 512 x 512 depth texture, which shadows need"};
   return {};
 }
 
@@ -297,7 +308,8 @@ void Renderer::reserve_buffers(const MeshSet& meshes) {
   glGenVertexArrays(kVertexArrayCount, vertex_arrays_);
   const auto reserve = [this](GLenum target, Buffer buffer, std::size_t bytes, const void* data) {
     glBindBuffer(target, buffers_[buffer]);
-    glBufferData(target, static_cast<GLsizeiptr>(bytes), data, data == nullptr ? GL_STREAM_DRAW : GL_STATIC_DRAW);
+    glBufferData(target, static_cast<GLsizeiptr>(bytes), data,
+                 data == nullptr ? GL_STREAM_DRAW : GL_STATIC_DRAW);
   };
   reserve(GL_UNIFORM_BUFFER, kFrameBuffer, sizeof(FrameBlock), nullptr);
 
@@ -312,7 +324,8 @@ void Renderer::reserve_buffers(const MeshSet& meshes) {
   glBindVertexArray(vertex_arrays_[kMeshVertices]);
   reserve(GL_ELEMENT_ARRAY_BUFFER, kIndexBuffer, meshes.indices.size() * sizeof(std::uint16_t),
           meshes.indices.data());
-  reserve(GL_ARRAY_BUFFER, kVertexBuffer, meshes.vertices.size() * sizeof(MeshVertex), meshes.vertices.data());
+  reserve(GL_ARRAY_BUFFER, kVertexBuffer, meshes.vertices.size() * sizeof(MeshVertex),
+          meshes.vertices.data());
   describe_mesh_vertices();
   reserve(GL_ARRAY_BUFFER, kMeshBuffer, meshes_.size_bytes(), nullptr);
   describe_mesh_instances(0);
@@ -360,8 +373,9 @@ rt::Result<void> Renderer::warm_up() {
       if (has_labels) inputs.labels = labels;
       inputs.R_video_picture = Rotation::from(Quaternion{1, turn, 0, 0}.normalized());
       if (step(inputs) != rt::Status::ok || read_back(rgb) != rt::Status::ok)
-        return rt::Error{rt::ExitCode::device_unavailable,
-                         "render: the first picture could not be drawn; is the framebuffer of a display bound?"};
+        return rt::Error{
+            rt::ExitCode::device_unavailable,
+            "render: the first picture could not be drawn; is the framebuffer of a display bound?"};
     }
   return {};
 }
@@ -389,12 +403,14 @@ rt::Status Renderer::step(const RenderInputs& inputs) noexcept {
   const auto casters = casters_.first(counts.casters_count);
   const ShadowView shadow = fit_shadow(casters, inputs.T_world_depth, light.toward_world);
   if (has_shadows) {
-    const Vec3d toward = inputs.T_world_depth.rotation.transposed() * light.toward_world.cast<double>().normalized();
+    const Vec3d toward =
+        inputs.T_world_depth.rotation.transposed() * light.toward_world.cast<double>().normalized();
     counts.casters_count = has_depth ? find_sweeps(inputs.depth_m, config_.camera, inputs.R_video_picture,
                                                    toward.cast<float>(), shadow.axis_x_depth, casters)
                                      : 0;
   }
-  upload_images(inputs, has_overlay, has_depth && counts.in_view_count + counts.casters_count + decal_counts.total_count > 0);
+  upload_images(inputs, has_overlay,
+                has_depth && counts.in_view_count + counts.casters_count + decal_counts.total_count > 0);
   upload_frame_block(inputs, light, shadow, has_overlay);
   upload_instances(counts, decal_counts);
 
@@ -502,8 +518,8 @@ void Renderer::draw_meshes(const InstanceCounts& counts, bool in_view_only) noex
     const std::size_t count = in_view_only ? run.in_view_count : run.count;
     if (count == 0) continue;
     describe_mesh_instances(run.first);
-    glDrawElementsInstanced(GL_TRIANGLES, static_cast<GLsizei>(mesh_ranges_[mesh].indices_count), GL_UNSIGNED_SHORT,
-                            offset(mesh_ranges_[mesh].first_index * sizeof(std::uint16_t)),
+    glDrawElementsInstanced(GL_TRIANGLES, static_cast<GLsizei>(mesh_ranges_[mesh].indices_count),
+                            GL_UNSIGNED_SHORT, offset(mesh_ranges_[mesh].first_index * sizeof(std::uint16_t)),
                             static_cast<GLsizei>(count));
   }
 }
@@ -543,7 +559,8 @@ void Renderer::draw_shadows(const InstanceCounts& counts, bool has_warp) noexcep
   glEnable(GL_CULL_FACE);
   glCullFace(GL_FRONT);
   use(kShadeProgram, kPrismVertices, has_warp);
-  glDrawElementsInstanced(GL_TRIANGLES, static_cast<GLsizei>(mesh_ranges_[kBoxMesh].indices_count), GL_UNSIGNED_SHORT,
+  glDrawElementsInstanced(GL_TRIANGLES, static_cast<GLsizei>(mesh_ranges_[kBoxMesh].indices_count),
+                          GL_UNSIGNED_SHORT,
                           offset(mesh_ranges_[kBoxMesh].first_index * sizeof(std::uint16_t)),
                           static_cast<GLsizei>(counts.casters_count));
   glDisable(GL_CULL_FACE);

@@ -1,15 +1,22 @@
-// Draws one picture: the camera's video, what lies on real surfaces, and virtual bodies that real things hide.
+// Draws one picture: the camera's video, marks on real surfaces, and virtual bodies that real things hide.
 //
-// Two layers (Chen et al. 2018, section IV-E): the video behind, and in front of it the real surfaces, invisible, which
-// hide what is behind them. The real surfaces are the registered depth image of the same camera and the same moment.
-//   passes   shadow map (512 x 512, from the light); video and label overlay; decals and shadows on the real; bodies;
-//            text
-//   inputs   video, depth, labels, pose, light, bodies, decals; all images in the camera given at bind
+// Two layers (Chen et al. 2018, section IV-E): the video behind, and in front of it the real surfaces,
+// invisible, which hide what is behind them. The real surfaces are the registered depth image of the same
+// camera and the same moment.
+//
+//   passes   shadow map; video and label overlay; decals; shadows on the real; bodies; text
+//
+//   inputs   video, depth, labels, pose, light, bodies, decals, text; images in the camera given at bind
+//
 //   output   the framebuffer bound by hal::Display::begin(); read_back() copies it into memory
-//   memory   what bytes_needed() says, and the driver's own, which cannot be fenced (resident.hpp measures it)
+//
+//   memory   what bytes_needed() says, and the driver's own, which cannot be fenced (see resident.hpp)
+//
 //   late     the caller drops the picture; nothing is carried over from one step to the next
-//   full     more bodies in view than bodies_count_max of spheres, or of all other shapes: the first ones are drawn
-//   lost     without a pose the video is shown and virtual things are not
+//
+//   full     more bodies in view than bodies_count_max: the first ones are drawn
+//
+//   lost     without a pose the video and the text are shown, virtual things are not
 #pragma once
 
 #include <cstddef>
@@ -50,13 +57,13 @@ struct RenderInputs {
   float overlay_alpha = 0.5F;          // 0: overlay off, 1: labels only
   bool is_tracked = true;              // false: T_world_depth means nothing, bodies are not drawn
   T_WorldDepth T_world_depth;          // of the picture's camera
-  /// The camera of video, depth and labels was turned against the picture's (a pose newer than the images): carries
-  /// a direction in the picture's camera into theirs. Identity: the images are shown as they are.
+  /// The camera of video, depth and labels was turned against the picture's (a pose newer than the images):
+  /// carries a direction in the picture's camera into theirs. Identity: the images are shown as they are.
   Rotation R_video_picture;
   Light light;  // one whose direction is zero or not finite counts as the default one
   bool has_shadows = true;
   std::span<const Body> bodies;
-  std::span<const Decal> decals;  // the first kDecalsMax are drawn; they need depth
+  std::span<const Decal> decals;   // the first kDecalsMax are drawn; they need depth
   std::span<const TextLine> text;  // over everything, with or without a pose
   std::optional<Crosshair> crosshair;
 };
@@ -126,7 +133,15 @@ class Renderer {
     kIndexBuffer,
     kBufferCount
   };
-  enum VertexArray : std::uint8_t { kNoVertices, kSphereVertices, kMeshVertices, kPrismVertices, kDecalVertices, kGlyphVertices, kVertexArrayCount };
+  enum VertexArray : std::uint8_t {
+    kNoVertices,
+    kSphereVertices,
+    kMeshVertices,
+    kPrismVertices,
+    kDecalVertices,
+    kGlyphVertices,
+    kVertexArrayCount
+  };
 
   [[nodiscard]] std::size_t pixels_count() const;
   rt::Result<void> link_programs();

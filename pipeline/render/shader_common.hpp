@@ -3,17 +3,18 @@
 
 namespace tactus::render {
 
-/// The uniform block `Frame` (std140: vec4 and mat4 only, so that the layout is plain), written once per picture.
+/// The uniform block `Frame` (std140: vec4 and mat4 only, so that the layout is plain), written once per
+/// picture.
 struct FrameBlock {
-  float projection[16];     // optical frame -> clip
-  float shadow[16];         // optical frame -> shadow map: u, v, depth in [0, 1]; w = 1
-  float homography[3][4];   // columns: pixel of the picture -> pixel of the real images; fourth not used
-  float pinhole[4];         // fx, fy, cx, cy
-  float picture[4];         // width, height in pixels; occlusion bias: constant (m), times z^2 (1/m)
-  float toward_light[4];    // unit, optical frame; w: 1 when there are shadows, else 0
-  float light_x[4];         // unit, optical frame, across the light
-  float up[4];              // unit, optical frame
-  float light_color[4];     // linear
+  float projection[16];    // optical frame -> clip
+  float shadow[16];        // optical frame -> shadow map: u, v, depth in [0, 1]; w = 1
+  float homography[3][4];  // columns: pixel of the picture -> pixel of the real images; fourth not used
+  float pinhole[4];        // fx, fy, cx, cy
+  float picture[4];        // width, height in pixels; occlusion bias: constant (m), times z^2 (1/m)
+  float toward_light[4];   // unit, optical frame; w: 1 when there are shadows, else 0
+  float light_x[4];        // unit, optical frame, across the light
+  float up[4];             // unit, optical frame
+  float light_color[4];    // linear
   float ambient_up[4];
   float ambient_down[4];
   float clip[4];  // near, far (m); unused; a shadow map's texel (m)
@@ -44,8 +45,8 @@ layout(std140) uniform Frame {
 };
 )";
 
-// Two programs from one text: software rasterisers run both sides of a branch, and the warp's division costs where
-// nothing turned.
+// Two programs from one text: software rasterisers run both sides of a branch, and the warp's division costs
+// where nothing turned.
 inline constexpr const char* kWithWarp = "#define WITH_WARP\n";
 inline constexpr const char* kWithoutWarp = "";
 
@@ -97,9 +98,10 @@ float lamp_share(vec3 point) {
 vec3 ambient(float up_part) { return mix(ambient_down.rgb, ambient_up.rgb, 0.5 + 0.5 * up_part); }
 )";
 
-// GGX (Walter et al. 2007), Smith's visibility by Hammon's approximation (2017), Fresnel by Schlick (1994), with the
-// division by pi left to the units of Light. No pow(): products cost a tenth of it in software. Square and root stand
-// for the sRGB curve: at most 4 % of white off. Ambient gloss is the hemisphere in the mirror direction.
+// GGX (Walter et al. 2007), Smith's visibility by Hammon's approximation (2017), Fresnel by Schlick (1994),
+// with the division by pi left to the units of Light. No pow(): products cost a tenth of it in software.
+// Square and root stand for the sRGB curve: at most 4 % of white off. Ambient gloss is the hemisphere in the
+// mirror direction.
 inline constexpr const char* kShaderVirtual = R"(
 float not_hidden(float nearest, vec2 offset) {
   float measured = real_z(offset);

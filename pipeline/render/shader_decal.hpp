@@ -1,4 +1,5 @@
-// Marks on real surfaces: one program for each kind, from one text. Each pixel's real point decides what is drawn.
+// Marks on real surfaces: one program for each kind, from one text. Each pixel's real point decides what is
+// drawn.
 #pragma once
 
 #include <array>
@@ -33,7 +34,8 @@ void main() {
 }
 )";
 
-// A kind is a function mark(q, pixel): colour and opacity at q in the unit disc, where a pixel is `pixel` wide.
+// A kind is a function mark(q, pixel): colour and opacity at q in the unit disc, where a pixel is `pixel`
+// wide.
 inline constexpr const char* kDecalNoise = R"(
 flat in vec4 disc_depth_m;
 flat in vec3 disc_x;
@@ -199,7 +201,8 @@ vec4 mark(vec2 q, float pixel) {
 }
 )";
 
-inline constexpr std::array<const char*, kDecalKindsCount> kDecalMarks = {"", kCrater, kCracks, kTear, kSplinter, kDent};
+inline constexpr std::array<const char*, kDecalKindsCount> kDecalMarks = {"",    kCrater,   kCracks,
+                                                                          kTear, kSplinter, kDent};
 
 inline constexpr const char* kDecalFragment = R"(
 void main() {

@@ -38,10 +38,10 @@ void main() {
 }
 )";
 
-// Each caster's ball swept away from the light is a prism; its back faces cover every pixel whose real surface can lie
-// in its shadow, also when the eye is inside. All prisms lie at one depth, so that the depth test lets each pixel be
-// darkened once, and the fragment program, which never discards, run once: 1e-6 before the far plane, behind all bodies
-// that end 4 mm before it.
+// Each caster's ball swept away from the light is a prism; its back faces cover every pixel whose real
+// surface can lie in its shadow, also when the eye is inside. All prisms lie at one depth, so that the depth
+// test lets each pixel be darkened once, and the fragment program, which never discards, run once: 1e-6
+// before the far plane, behind all bodies that end 4 mm before it.
 inline constexpr const char* kShadeVertex = R"(
 layout(location = 0) in vec3 corner;
 layout(location = 1) in vec4 ball;
@@ -56,10 +56,11 @@ void main() {
 }
 )";
 
-// The video holds lamp and ambient light together; a shadow takes the lamp's share, which depends on how the surface
-// faces: none where it faces away. Its normal is measured over a fortieth of the picture's width (a baseline of 6 cm at
-// 2 m, against 8 mm of noise), and its depth is the mean over the same five pixels, which also closes small holes. Where
-// they cross an edge (normals_of_depth's 5 cm + 2 %), the pixel's own depth is taken, facing the lamp.
+// The video holds lamp and ambient light together; a shadow takes the lamp's share, which depends on how the
+// surface faces: none where it faces away. Its normal is measured over a fortieth of the picture's width (a
+// baseline of 6 cm at 2 m, against 8 mm of noise), and its depth is the mean over the same five pixels, which
+// also closes small holes. Where they cross an edge (normals_of_depth's 5 cm + 2 %), the pixel's own depth is
+// taken, facing the lamp.
 inline constexpr const char* kShadeFragment = R"(
 out vec4 factor;
 

@@ -29,7 +29,8 @@ ShadowView fit_shadow(std::span<const Caster> casters, const T_WorldDepth& T_wor
     const Vec3d center = T_world_depth * caster.center_depth_m.cast<double>();
     const auto radius = static_cast<double>(caster.radius_m);
     const Vec3d place{center.dot(x), center.dot(y), center.dot(light)};
-    low = {std::min(low.x, place.x - radius), std::min(low.y, place.y - radius), std::min(low.z, place.z - radius)};
+    low = {std::min(low.x, place.x - radius), std::min(low.y, place.y - radius),
+           std::min(low.z, place.z - radius)};
     high = {std::max(high.x, place.x + radius), std::max(high.y, place.y + radius),
             std::max(high.z, place.z + radius)};
   }
@@ -41,7 +42,8 @@ ShadowView fit_shadow(std::span<const Caster> casters, const T_WorldDepth& T_wor
 
   const double content_m = std::max(high.x - low.x, high.y - low.y);
   const double side_m =
-      std::ceil(content_m * kShadowMapPixels / (kShadowMapPixels - 2 * kMarginTexels) / kSideStepM) * kSideStepM;
+      std::ceil(content_m * kShadowMapPixels / (kShadowMapPixels - 2 * kMarginTexels) / kSideStepM) *
+      kSideStepM;
   const double texel_m = side_m / kShadowMapPixels;
   view.texel_m = static_cast<float>(texel_m);
   const auto corner = [&](double low_m, double high_m) {
@@ -62,9 +64,9 @@ ShadowView fit_shadow(std::span<const Caster> casters, const T_WorldDepth& T_wor
   return view;
 }
 
-std::size_t find_sweeps(std::span<const float> depth_m, const hal::Intrinsics& camera, const Rotation& R_video_picture,
-                        const Vec3f& toward_light_depth, const Vec3f& axis_x_depth,
-                        std::span<Caster> casters) noexcept {
+std::size_t find_sweeps(std::span<const float> depth_m, const hal::Intrinsics& camera,
+                        const Rotation& R_video_picture, const Vec3f& toward_light_depth,
+                        const Vec3f& axis_x_depth, std::span<Caster> casters) noexcept {
   const Vec3f x = axis_x_depth, away = -toward_light_depth, y = toward_light_depth.cross(axis_x_depth);
   const auto in_light = [&](const Vec3f& p) { return Vec3f{p.dot(x), p.dot(y), p.dot(away)}; };
   for (Caster& caster : casters) {
@@ -81,7 +83,8 @@ std::size_t find_sweeps(std::span<const float> depth_m, const hal::Intrinsics& c
       if (!(z > 0 && z < kSurfaceReachM)) continue;
       const Vec3d ray{(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1};
       const Vec3f place = in_light((R_picture_video * ray).cast<float>() * z);
-      // Points between samples: 0.7 of a step away across the sweep, up to four times that along a slanted surface.
+      // Points between samples: 0.7 of a step away across the sweep, up to four times that along a slanted
+      // surface.
       const float spacing_m = static_cast<float>(step) * z / static_cast<float>(camera.fx);
       for (Caster& caster : casters) {
         const Vec3f offset = place - caster.place_light_m;
@@ -92,8 +95,9 @@ std::size_t find_sweeps(std::span<const float> depth_m, const hal::Intrinsics& c
         caster.sweep_end_m = std::max(caster.sweep_end_m, offset.z + 3 * spacing_m);
       }
     }
-  const auto end = std::remove_if(casters.begin(), casters.end(),
-                                  [](const Caster& caster) { return caster.sweep_begin_m >= caster.sweep_end_m; });
+  const auto end = std::remove_if(casters.begin(), casters.end(), [](const Caster& caster) {
+    return caster.sweep_begin_m >= caster.sweep_end_m;
+  });
   return static_cast<std::size_t>(end - casters.begin());
 }
 

@@ -43,7 +43,8 @@ std::size_t build_text(std::span<const TextLine> lines, const std::optional<Cros
   for (const int edge : {kEdge, 0}) {
     const Rgb8 color = edge > 0 ? Rgb8{0, 0, 0} : crosshair->color;
     const auto bar = [&](int left, int top, int width, int height) {
-      instances[count++] = instance(left - edge, top - edge, width + 2 * edge, height + 2 * edge, color, kSolidGlyph);
+      instances[count++] =
+          instance(left - edge, top - edge, width + 2 * edge, height + 2 * edge, color, kSolidGlyph);
     };
     bar(x - kGap - kLength + 1, y, kLength, kThickness);
     bar(x + kGap + 1, y, kLength, kThickness);

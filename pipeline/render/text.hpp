@@ -14,7 +14,7 @@ namespace tactus::render {
 
 /// A line on a darkened ground; what does not fit the picture is cut off.
 struct TextLine {
-  std::string_view text;  // ASCII; the first kTextColumnsMax characters
+  std::string_view text;   // ASCII; the first kTextColumnsMax characters
   int x_px = 0, y_px = 0;  // of the first cell's left upper corner; row 0 is the top
   Rgb8 color{255, 255, 255};
   int scale = 1;  // 1 to 8 pixels for each of a cell's 6 x 10

@@ -38,8 +38,8 @@ struct Built {
 Built build(std::span<const Body> bodies, const T_WorldDepth& T_world_depth = {}) {
   Built built;
   constexpr std::array<float, 2> kHullRadiiM = {0.2F, 0.3F};
-  built.counts = build_instances(bodies, T_world_depth, test_camera(), {}, kHullRadiiM, built.spheres, built.meshes,
-                                 built.casters);
+  built.counts = build_instances(bodies, T_world_depth, test_camera(), {}, kHullRadiiM, built.spheres,
+                                 built.meshes, built.casters);
   return built;
 }
 
@@ -155,11 +155,10 @@ TEST(BuildInstances, MeshesLieInRunsWithThoseInViewFirst) {
     return body;
   };
   const Vec3d seen{0, 0, 1}, behind{0, 0, -1}, far_behind{0, 0, -8};
-  const std::array<Body, 9> bodies = {shaped(Shape::hull, seen, 1),      shaped(Shape::box, behind),
-                                      shaped(Shape::capsule, seen),      shaped(Shape::box, seen),
-                                      shaped(Shape::cylinder, seen),     shaped(Shape::hull, seen, 7),
-                                      shaped(Shape::box, far_behind),    shaped(Shape::sphere, behind),
-                                      shaped(Shape::hull, {0.1, 0, 1}, 1)};
+  const std::array<Body, 9> bodies = {
+      shaped(Shape::hull, seen, 1),   shaped(Shape::box, behind),    shaped(Shape::capsule, seen),
+      shaped(Shape::box, seen),       shaped(Shape::cylinder, seen), shaped(Shape::hull, seen, 7),
+      shaped(Shape::box, far_behind), shaped(Shape::sphere, behind), shaped(Shape::hull, {0.1, 0, 1}, 1)};
   const Built sut = build(bodies);
   const auto& meshes = sut.counts.meshes;
   EXPECT_EQ(meshes[kBoxMesh].in_view_count, 1U);

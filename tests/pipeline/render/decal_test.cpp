@@ -139,7 +139,8 @@ TEST_F(DecalTest, SurfacesMoreThanTwoCentimetresOffThePlaneStayClean) {
 }
 
 TEST_F(DecalTest, WithoutDepthOrPoseOrKindNothingIsDrawn) {
-  const std::array<Decal, 3> nothing = {on_floor(DecalKind::none), Decal{DecalKind::dent, {}, {}, 0.2F, {}, 1},
+  const std::array<Decal, 3> nothing = {on_floor(DecalKind::none),
+                                        Decal{DecalKind::dent, {}, {}, 0.2F, {}, 1},
                                         Decal{DecalKind::dent, {std::nan(""), 0, 0}, {0, 1, 0}, 0.2F, {}, 1}};
   EXPECT_EQ(picture(nothing).rgb, video_);
   const std::array<Decal, 1> decals = {on_floor(DecalKind::crater)};
@@ -153,8 +154,7 @@ TEST_F(DecalTest, WithoutDepthOrPoseOrKindNothingIsDrawn) {
 }
 
 TEST_F(DecalTest, BodiesInFrontHideADecal) {
-  const std::array<Body, 1> bodies = {
-      Body{Shape::box, {20, 200, 30}, {0.5F, 0.01F, 0.5F}, {0, 0.2, 0}, {}}};
+  const std::array<Body, 1> bodies = {Body{Shape::box, {20, 200, 30}, {0.5F, 0.01F, 0.5F}, {0, 0.2, 0}, {}}};
   inputs_.bodies = bodies;
   const test::Picture without = picture({});
   const std::array<Decal, 1> decals = {on_floor(DecalKind::crater)};
@@ -169,19 +169,21 @@ TEST_F(DecalTest, FiveKindsSideBySideLookLikeTheirGoldenPicture) {
   constexpr std::array<Rgb8, 6> kTints = {Rgb8{150, 140, 130}, {200, 220, 220}, {170, 60, 60},
                                           {190, 140, 80},      {170, 175, 180}, {200, 130, 90}};
   for (std::uint32_t i = 0; i < decals.size(); ++i)
-    decals[i] = {kKinds[i % 5],
-                 {0.22 * static_cast<int>(i % 3) - 0.22, i < 3 ? 0.12 : -0.12, 0},
-                 {0, 0, 1},
-                 0.105F,
-                 kTints[i],
-                 17 * i};
+    decals[i] = {kKinds[i % 5], {0.22 * static_cast<int>(i % 3) - 0.22, i < 3 ? 0.12 : -0.12, 0},
+                 {0, 0, 1},     0.105F,
+                 kTints[i],     17 * i};
   test::expect_golden(picture(decals), "decals");
 }
 
 TEST(BuildDecals, RunsByKindHoldAtMostTheFirst128) {
   std::vector<Decal> decals;
   for (int i = 0; i < 200; ++i)
-    decals.push_back({kKinds[static_cast<std::size_t>(i % 5)], {0, 0, 1}, {0, 0, -1}, 0.05F, {}, static_cast<std::uint32_t>(i)});
+    decals.push_back({kKinds[static_cast<std::size_t>(i % 5)],
+                      {0, 0, 1},
+                      {0, 0, -1},
+                      0.05F,
+                      {},
+                      static_cast<std::uint32_t>(i)});
   std::vector<DecalInstance> instances(kDecalsMax);
   const DecalCounts sut = build_decals(decals, {}, test::pinhole(kWidth, kHeight, 280), {}, instances);
   EXPECT_EQ(sut.total_count, kDecalsMax);

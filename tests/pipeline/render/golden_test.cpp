@@ -1,4 +1,6 @@
 // Whole pictures against pictures that somebody has looked at (golden.hpp).
+#include "tests/pipeline/render/golden.hpp"
+
 #include <gtest/gtest.h>
 
 #include <array>
@@ -6,7 +8,6 @@
 #include <vector>
 
 #include "tests/pipeline/render/drawing.hpp"
-#include "tests/pipeline/render/golden.hpp"
 #include "tests/pipeline/render/picture.hpp"
 #include "tests/pipeline/render/scene.hpp"
 
@@ -124,10 +125,36 @@ TEST_F(GoldenTest, ShapesAndTheirShadows) {
     for (int u = 8; u < 24; ++u) depth_m[static_cast<std::size_t>(v * kWidth + u)] = 0.9F;
   std::array<Body, 6> bodies;
   bodies[0] = {Shape::sphere, {200, 60, 50}, {0.1F, 0, 0}, {-0.45, 0.1, 0.25}, {}, 0, 0, 0.25F, 0};
-  bodies[1] = {Shape::box, {190, 150, 90}, {0.08F, 0.08F, 0.08F}, {-0.2, 0.2, -0.1}, Quaternion{0.9, 0.2, 0.4, 0.1}.normalized(), 0, 0, 0.8F, 0};
-  bodies[2] = {Shape::capsule, {70, 160, 90}, {0.06F, 0, 0}, {0.05, 0.12, 0.3}, Quaternion{0.8, 0.2, 0.5, 0.1}.normalized(), 0.1F, 0, 0.4F, 0};
-  bodies[3] = {Shape::cylinder, {220, 215, 210}, {0.07F, 0, 0}, {0.25, 0.13, 0}, Quaternion{0.7071, -0.7071, 0, 0}.normalized(), 0.1F, 0, 0.3F, 1};
-  bodies[4] = {Shape::hull, {80, 120, 210}, {}, {0.45, 0.15, 0.25}, Quaternion{0.95, 0.1, 0.3, 0}.normalized(), 0, 0, 0.35F, 0};
+  bodies[1] = {Shape::box,
+               {190, 150, 90},
+               {0.08F, 0.08F, 0.08F},
+               {-0.2, 0.2, -0.1},
+               Quaternion{0.9, 0.2, 0.4, 0.1}.normalized(),
+               0,
+               0,
+               0.8F,
+               0};
+  bodies[2] = {Shape::capsule,
+               {70, 160, 90},
+               {0.06F, 0, 0},
+               {0.05, 0.12, 0.3},
+               Quaternion{0.8, 0.2, 0.5, 0.1}.normalized(),
+               0.1F,
+               0,
+               0.4F,
+               0};
+  bodies[3] = {Shape::cylinder,
+               {220, 215, 210},
+               {0.07F, 0, 0},
+               {0.25, 0.13, 0},
+               Quaternion{0.7071, -0.7071, 0, 0}.normalized(),
+               0.1F,
+               0,
+               0.3F,
+               1};
+  bodies[4] = {
+      Shape::hull, {80, 120, 210}, {}, {0.45, 0.15, 0.25}, Quaternion{0.95, 0.1, 0.3, 0}.normalized(), 0,
+      0,           0.35F,          0};
   bodies[5] = {Shape::sphere, {230, 180, 60}, {0.07F, 0, 0}, {0.1, 0.5, -0.25}, {}, 0, 0, 0.3F, 1};
   inputs_.bodies = bodies;
   inputs_.depth_m = depth_m;

@@ -16,8 +16,8 @@ namespace {
 
 constexpr int kWidth = 320, kHeight = 240;
 
-/// A Lambert room (floor, back wall, side wall) with balls in it; tiles of 10 cm have albedos from 0.2 to 0.8 (mean
-/// kMeanAlbedo) and a tint of 10 % of their own.
+/// A Lambert room (floor, back wall, side wall) with balls in it; tiles of 10 cm have albedos from 0.2 to 0.8
+/// (mean kMeanAlbedo) and a tint of 10 % of their own.
 struct Room {
   Light light;
   bool has_balls = true;
@@ -36,7 +36,9 @@ struct Room {
     std::vector<Vec3d> balls;
     for (int i = 0; i < 14; ++i) balls.push_back({place(random), 0.1 + part(random), 0.8 * place(random)});
     const Vec3d l = light.toward_world.cast<double>().normalized();
-    const auto channel = [](const Vec3f& v, int c) { return static_cast<double>(c == 0 ? v.x : c == 1 ? v.y : v.z); };
+    const auto channel = [](const Vec3f& v, int c) {
+      return static_cast<double>(c == 0 ? v.x : c == 1 ? v.y : v.z);
+    };
     video.clear();
     depth_m.clear();
     for (int v = 0; v < kHeight; ++v)
@@ -72,7 +74,8 @@ struct Room {
           const double tint = 0.9 + 0.2 * part(tile_random);
           const double up = channel(light.ambient_up, c), down = channel(light.ambient_down, c);
           const double sky = down + (up - down) * (0.5 + 0.5 * normal.y);
-          const double linear = albedo * tint * (sky + channel(light.color, c) * std::max(normal.dot(l), 0.0));
+          const double linear =
+              albedo * tint * (sky + channel(light.color, c) * std::max(normal.dot(l), 0.0));
           video.push_back(static_cast<std::uint8_t>(255 * std::sqrt(std::min(linear, 1.0)) + 0.5));
         }
         depth_m.push_back(static_cast<float>(z));

@@ -38,8 +38,9 @@ class RenderLatencyTest : public test::DrawingTest {
     return static_cast<double>(now.tv_sec) * 1e3 + static_cast<double>(now.tv_nsec) * 1e-6;
   }
 
-  /// Median of the processor time in milliseconds (all threads; the driver has one by default), which other work on
-  /// the machine disturbs least, and percentiles of the time on the clock; each run ends with the picture finished.
+  /// Median of the processor time in milliseconds (all threads; the driver has one by default), which other
+  /// work on the machine disturbs least, and percentiles of the time on the clock; each run ends with the
+  /// picture finished.
   template <typename Work>
   double measure(const char* name, Work&& work) {
     std::vector<double> times_ms, processor_times_ms;
@@ -57,8 +58,8 @@ class RenderLatencyTest : public test::DrawingTest {
       return times_ms[static_cast<std::size_t>(part * (kFramesCount - 1))];
     };
     const double processor_p50_ms = processor_times_ms[processor_times_ms.size() / 2];
-    std::printf("%-34s processor p50 %6.2f  clock p50 %6.2f  p99 %6.2f  max %6.2f ms\n", name, processor_p50_ms,
-                at(0.5), at(0.99), times_ms.back());
+    std::printf("%-34s processor p50 %6.2f  clock p50 %6.2f  p99 %6.2f  max %6.2f ms\n", name,
+                processor_p50_ms, at(0.5), at(0.99), times_ms.back());
     return processor_p50_ms;
   }
 };
@@ -113,7 +114,8 @@ TEST_F(RenderLatencyTest, PicturesOf640x480KeepUpWith30AThread) {
   const double picture_ms = measure("+ overlay", [&] { step(all); });
   const double read_back_ms =
       measure("read-back", [&] { ASSERT_EQ(drawing_->renderer.read_back(rgb), rt::Status::ok); });
-  std::vector<TextLine> text(20, TextLine{"Left trigger: throw  Right trigger: grab", 8, 8, {255, 255, 255}, 1});
+  std::vector<TextLine> text(20,
+                             TextLine{"Left trigger: throw  Right trigger: grab", 8, 8, {255, 255, 255}, 1});
   for (std::size_t i = 0; i < text.size(); ++i) text[i].y_px += static_cast<int>(12 * i);
   RenderInputs with_text = all;
   with_text.text = text;
@@ -124,10 +126,12 @@ TEST_F(RenderLatencyTest, PicturesOf640x480KeepUpWith30AThread) {
   measure("all of it, video turned", [&] { step(turned); });
   std::vector<LightSample> samples(light_samples_max(drawing_->config.camera));
   for (std::size_t i = 0; i < depth_m.size(); ++i)  // wavy, so that the fit runs to its end
-    depth_m[i] = 1.5F + 0.1F * std::sin(0.02F * static_cast<float>(i % 640)) * std::sin(0.03F * static_cast<float>(i / 640));
+    depth_m[i] = 1.5F + 0.1F * std::sin(0.02F * static_cast<float>(i % 640)) *
+                            std::sin(0.03F * static_cast<float>(i / 640));
   const LightView view{video, depth_m, drawing_->config.camera, {}};
   LightFit fit;
-  measure("fit of the light", [&] { ASSERT_EQ(fit_light(view, samples, fit), rt::Status::ok) << fit.spread; });
+  measure("fit of the light",
+          [&] { ASSERT_EQ(fit_light(view, samples, fit), rt::Status::ok) << fit.spread; });
   EXPECT_LT(picture_ms + read_back_ms, 33.3);
 }
 

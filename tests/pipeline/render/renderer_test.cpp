@@ -245,8 +245,8 @@ TEST_F(RendererTest, TurnedVideoAndDepthLandWhereTheRotationPutsThem) {
         video.set(x, y, {255, 0, 0});
         depth_m[static_cast<std::size_t>(y * kWidth + x)] = 1.0F;
       }
-    const Vec3d ray = R_video_picture.transposed() *
-                      Vec3d{(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1};
+    const Vec3d ray =
+        R_video_picture.transposed() * Vec3d{(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1};
     const double expected_u = camera.fx * ray.x / ray.z + camera.cx;
     const double expected_v = camera.fy * ray.y / ray.z + camera.cy;
     const auto expect_spot = [&](const test::Picture& drawn, auto&& is_spot) {
@@ -412,7 +412,8 @@ TEST_F(RendererTest, ResidentSetStaysFlatOver300Frames) {
   const std::vector<float> depth_m(kWidth * kHeight, 1.0F);
   const std::vector<MaterialId> labels(kWidth * kHeight, 3);
   std::vector<Body> bodies;
-  for (int i = 0; i < 60; ++i) bodies.push_back(sphere({0.1 * (i % 10) - 0.45, 0.1 * (i / 10) - 0.25, 1}, 0.04));
+  for (int i = 0; i < 60; ++i)
+    bodies.push_back(sphere({0.1 * (i % 10) - 0.45, 0.1 * (i / 10) - 0.25, 1}, 0.04));
   const std::array<Decal, 1> decals = {Decal{DecalKind::cracks, {0, 0, 1}, {0, 0, -1}, 0.1F, {}, 1}};
   RenderInputs inputs;
   inputs.decals = decals;

@@ -23,7 +23,7 @@ inline T_WorldDepth look_at(const Vec3d& eye, const Vec3d& target) {
 }
 
 struct Plane {
-  Vec3d normal;  // unit, world
+  Vec3d normal;         // unit, world
   double offset_m = 0;  // points p with normal . p = offset
 };
 

@@ -140,8 +140,10 @@ TEST_F(ShadowTest, RoomWithEverythingInItLooksLikeItsGoldenPicture) {
     for (int u = 0; u < kWidth; ++u) {
       const Vec3d p = real_point(u, v);
       const bool is_wall = p.z < -0.69;
-      const bool is_odd = is_wall ? static_cast<int>(std::floor(p.y * 10)) % 2 != 0
-                                  : ((static_cast<int>(std::floor(p.x * 8)) ^ static_cast<int>(std::floor(p.z * 8))) & 1) != 0;
+      const bool is_odd =
+          is_wall
+              ? static_cast<int>(std::floor(p.y * 10)) % 2 != 0
+              : ((static_cast<int>(std::floor(p.x * 8)) ^ static_cast<int>(std::floor(p.z * 8))) & 1) != 0;
       const Rgb8 color = is_wall ? (is_odd ? Rgb8{196, 190, 176} : Rgb8{204, 198, 184})
                                  : (is_odd ? Rgb8{168, 132, 92} : Rgb8{182, 146, 104});
       const std::size_t i = 3 * static_cast<std::size_t>(v * kWidth + u);
@@ -152,14 +154,39 @@ TEST_F(ShadowTest, RoomWithEverythingInItLooksLikeItsGoldenPicture) {
   disturb_depth(9);
   std::array<Body, 5> bodies;
   bodies[0] = {Shape::sphere, {200, 60, 50}, {0.1F, 0, 0}, {-0.4, 0.1, 0.1}, {}, 0, 0, 0.25F, 0};
-  bodies[1] = {Shape::box, {190, 150, 90}, {0.08F, 0.08F, 0.08F}, {-0.1, 0.08, -0.2}, Quaternion{0.9, 0, 0.4, 0}.normalized(), 0, 0, 0.8F, 0};
-  bodies[2] = {Shape::capsule, {70, 160, 90}, {0.05F, 0, 0}, {0.1, 0.3, 0.2}, Quaternion{0.8, 0.2, 0.5, 0.1}.normalized(), 0.1F, 0, 0.4F, 0};
-  bodies[3] = {Shape::cylinder, {220, 215, 210}, {0.06F, 0, 0}, {0.3, 0.1, -0.1}, Quaternion{0.7071, -0.7071, 0, 0}.normalized(), 0.1F, 0, 0.3F, 1};
+  bodies[1] = {Shape::box,
+               {190, 150, 90},
+               {0.08F, 0.08F, 0.08F},
+               {-0.1, 0.08, -0.2},
+               Quaternion{0.9, 0, 0.4, 0}.normalized(),
+               0,
+               0,
+               0.8F,
+               0};
+  bodies[2] = {Shape::capsule,
+               {70, 160, 90},
+               {0.05F, 0, 0},
+               {0.1, 0.3, 0.2},
+               Quaternion{0.8, 0.2, 0.5, 0.1}.normalized(),
+               0.1F,
+               0,
+               0.4F,
+               0};
+  bodies[3] = {Shape::cylinder,
+               {220, 215, 210},
+               {0.06F, 0, 0},
+               {0.3, 0.1, -0.1},
+               Quaternion{0.7071, -0.7071, 0, 0}.normalized(),
+               0.1F,
+               0,
+               0.3F,
+               1};
   bodies[4] = {Shape::sphere, {230, 180, 60}, {0.07F, 0, 0}, {0.05, 0.55, -0.5}, {}, 0, 0, 0.3F, 1};
-  const std::array<Decal, 4> decals = {Decal{DecalKind::crater, {-0.45, 0.45, -0.7}, {0, 0, 1}, 0.12F, {190, 185, 175}, 2},
-                                       Decal{DecalKind::cracks, {0.4, 0.5, -0.7}, {0, 0, 1}, 0.14F, {210, 220, 220}, 5},
-                                       Decal{DecalKind::splinter, {0.15, 0, 0.35}, {0, 1, 0}, 0.12F, {200, 150, 90}, 7},
-                                       Decal{DecalKind::tear, {-0.25, 0, 0.4}, {0, 1, 0}, 0.1F, {170, 120, 80}, 8}};
+  const std::array<Decal, 4> decals = {
+      Decal{DecalKind::crater, {-0.45, 0.45, -0.7}, {0, 0, 1}, 0.12F, {190, 185, 175}, 2},
+      Decal{DecalKind::cracks, {0.4, 0.5, -0.7}, {0, 0, 1}, 0.14F, {210, 220, 220}, 5},
+      Decal{DecalKind::splinter, {0.15, 0, 0.35}, {0, 1, 0}, 0.12F, {200, 150, 90}, 7},
+      Decal{DecalKind::tear, {-0.25, 0, 0.4}, {0, 1, 0}, 0.1F, {170, 120, 80}, 8}};
   const std::array<TextLine, 1> text = {TextLine{"H: help  Q: leave", 6, 6, {255, 255, 255}, 1}};
   inputs_.bodies = bodies;
   inputs_.decals = decals;
@@ -195,8 +222,9 @@ TEST_F(ShadowTest, BallOnTheFloorTouchesItsShadow) {
   const std::array<Body, 1> bodies = {Body{Shape::sphere, {200, 60, 40}, {0.1F, 0, 0}, ball, {}}};
   inputs_.bodies = bodies;
   const test::Picture drawn = picture();
-  // Floor 5 mm beside the point of contact, on the far side of the lamp, is hidden by the ball from above; what is seen
-  // first next to its outline must be dark: walk from the ball to the left along the row of the contact.
+  // Floor 5 mm beside the point of contact, on the far side of the lamp, is hidden by the ball from above;
+  // what is seen first next to its outline must be dark: walk from the ball to the left along the row of the
+  // contact.
   const auto camera = drawing_->config.camera;
   const Vec3d contact = inputs_.T_world_depth.inverse() * Vec3d{0, 0.02, 0};
   const int v = static_cast<int>(std::lround(camera.fy * contact.y / contact.z + camera.cy));
@@ -250,21 +278,24 @@ TEST(FitShadow, RandomCastersLieInsideTheMapAndItsMarginIsClear) {
   std::normal_distribution<double> normal;
   for (int round = 0; round < 200; ++round) {
     const T_WorldDepth T_world_depth{
-        Rotation::from(Quaternion{normal(random), normal(random), normal(random), normal(random)}.normalized()),
+        Rotation::from(
+            Quaternion{normal(random), normal(random), normal(random), normal(random)}.normalized()),
         {place(random), place(random), place(random)}};
     const Vec3f light = Vec3d{normal(random), normal(random), normal(random)}.cast<float>();
     std::vector<Caster> casters;
     for (int i = 0; i < 1 + round % 7; ++i)
       casters.push_back({Vec3d{place(random), place(random), place(random)}.cast<float>(),
-                         static_cast<float>(size(random)), 0, 0, {}});
+                         static_cast<float>(size(random)),
+                         0,
+                         0,
+                         {}});
     const ShadowView sut = fit_shadow(casters, T_world_depth, light);
     const auto& m = sut.shadow_from_depth;
     for (const Caster& caster : casters)
       for (int i = 0; i < 20; ++i) {
-        const Vec3f p = caster.center_depth_m + Vec3d{normal(random), normal(random), normal(random)}
-                                                        .normalized()
-                                                        .cast<float>() *
-                                                    caster.radius_m;
+        const Vec3f p = caster.center_depth_m +
+                        Vec3d{normal(random), normal(random), normal(random)}.normalized().cast<float>() *
+                            caster.radius_m;
         for (std::size_t row = 0; row < 3; ++row) {
           const float at = m[row] * p.x + m[4 + row] * p.y + m[8 + row] * p.z + m[12 + row];
           const float margin = row < 2 ? 2.0F / kShadowMapPixels : 0.001F;

@@ -85,7 +85,8 @@ TEST_F(TextTest, CrosshairLiesAboutTheMiddleAndLeavesItFree) {
 
 TEST_F(TextTest, AllGlyphsLookLikeTheirGoldenPicture) {
   std::array<std::string, 3> rows;
-  for (int i = 0; i < kGlyphsCount; ++i) rows[static_cast<std::size_t>(i / 32)] += static_cast<char>(kGlyphFirst + i);
+  for (int i = 0; i < kGlyphsCount; ++i)
+    rows[static_cast<std::size_t>(i / 32)] += static_cast<char>(kGlyphFirst + i);
   const std::array<TextLine, 4> lines = {TextLine{rows[0], 8, 8, {255, 255, 255}, 1},
                                          TextLine{rows[1], 8, 20, {255, 255, 255}, 1},
                                          TextLine{rows[2], 8, 32, {255, 255, 255}, 1},
