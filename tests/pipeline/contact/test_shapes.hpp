@@ -1,6 +1,8 @@
 // The five shapes for tests, each with poses that are at rest on a level floor.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <array>
 #include <cmath>
 #include <random>

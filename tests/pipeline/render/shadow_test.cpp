@@ -191,7 +191,7 @@ TEST_F(ShadowTest, RoomWithEverythingInItLooksLikeItsGoldenPicture) {
   inputs_.bodies = bodies;
   inputs_.decals = decals;
   inputs_.text = text;
-  inputs_.crosshair = Rgb8{255, 255, 255};
+  inputs_.crosshair = Crosshair{kWidth / 2, kHeight / 2, {255, 255, 255}};
   inputs_.light.toward_world = {0.5F, 0.8F, 0.5F};
   test::expect_golden(picture(), "room");
 }

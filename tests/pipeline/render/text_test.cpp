@@ -113,7 +113,7 @@ TEST(BuildText, MoreThanFitsIsCutAndNothingOverflows) {
   constexpr int kFar = std::numeric_limits<int>::max();
   std::vector<TextLine> lines(50, TextLine{text, 0, 0, {}, 1});
   std::vector<GlyphInstance> instances(kGlyphInstancesMax);
-  EXPECT_EQ(build_text(lines, Rgb8{1, 2, 3}, 640, 480, instances), kGlyphInstancesMax);
+  EXPECT_EQ(build_text(lines, Crosshair{320, 240, {1, 2, 3}}, 640, 480, instances), kGlyphInstancesMax);
   const std::array<TextLine, 5> outside = {TextLine{text, kFar, 0, {}, 1}, TextLine{text, -kFar, 0, {}, 1},
                                            TextLine{text, 0, kFar, {}, 1}, TextLine{text, 0, -kFar, {}, 99},
                                            TextLine{text, 0, 480, {}, 1}};
