@@ -119,7 +119,7 @@ TEST(DepthField, TheMapAnswersFirstAndAloneForMaterials) {
 
 class TakeOver : public testing::TestWithParam<std::size_t> {};
 INSTANTIATE_TEST_SUITE_P(Shapes, TakeOver, testing::Range(std::size_t{0}, test::lying_shapes().size()),
-                         test::name_of_lying);
+                         test::NameOfLying{});
 
 BodySpec above_the_floor(const test::Lying& lying) {
   BodySpec spec;

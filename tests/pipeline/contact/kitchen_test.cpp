@@ -12,7 +12,7 @@
 #include "pipeline/spine.hpp"
 #include "rt/worker_pool.hpp"
 #include "tests/pipeline/contact/analytic_field.hpp"
-#include "tests/pipeline/contact/test_shapes.hpp"
+#include "tests/pipeline/contact/level_drops.hpp"
 #include "tests/support/shared_data.hpp"
 
 namespace tactus::contact {
@@ -75,21 +75,8 @@ TEST(Kitchen, FiftyMixedBodiesSettleOnTheMapOfFortyFramesAndStayThere) {
   std::mt19937 random(seed);
   test::BoundWorld sut(field_of(reader));
   std::vector<BodyId> ids;
-  for (int tries = 0; tries < 20000 && ids.size() < 50; ++tries) {
-    const Vec3d pixel{static_cast<double>(random() % 640), static_cast<double>(random() % 480), 1};
-    const Vec3d ray{(pixel.x - camera.cx) / camera.fx, (pixel.y - camera.cy) / camera.fy, 1};
-    map::SurfacePoint hit;
-    if (!reader.raycast(T_world_depth.translation.cast<float>(), (T_world_depth.rotation * ray).cast<float>(),
-                        4, hit) ||
-        hit.normal_world.y < 0.9F)
-      continue;
-    BodySpec spec;
-    spec.shape = test::small_shape(static_cast<int>(ids.size()), random);
-    spec.position_world_m = hit.position_world_m.cast<double>() + Vec3d{0, reach_m(spec.shape) + 0.02, 0};
-    const auto turn = [&random] { return static_cast<double>(random()) / 2147483648.0 - 1; };
-    spec.q_world_body = Quaternion{1, turn(), turn(), turn()}.normalized();
+  for (const BodySpec& spec : test::level_drops(reader, camera, T_world_depth, 50, random))
     ids.push_back(sut.spawn(spec));
-  }
   ASSERT_EQ(ids.size(), 50U);
   sut.run(10);
   const std::vector<BodyState> settled(sut.world.bodies().begin(), sut.world.bodies().end());

@@ -34,7 +34,7 @@ class EveryShape : public testing::TestWithParam<std::size_t> {
   const Lying lying_ = lying_shapes()[GetParam()];
 };
 INSTANTIATE_TEST_SUITE_P(Shapes, EveryShape, testing::Range(std::size_t{0}, lying_shapes().size()),
-                         test::name_of_lying);
+                         test::NameOfLying{});
 
 void expect_rest(BoundWorld& sut, BodyId id, double height_m) {
   sut.run(5);

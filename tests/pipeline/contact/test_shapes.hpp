@@ -70,9 +70,13 @@ inline std::vector<Lying> lying_shapes() {
           {"hull", Shape::convex(nut_hull()), kZUp, 0.02, 0.04}};
 }
 
-inline std::string name_of_lying(const ::testing::TestParamInfo<std::size_t>& info) {
-  return lying_shapes()[info.param].name;
-}
+/// Of a test parameter that is an index of lying_shapes().
+struct NameOfLying {
+  template <typename ParamInfo>
+  std::string operator()(const ParamInfo& info) const {
+    return lying_shapes()[info.param].name;
+  }
+};
 
 /// One of the five kinds, 2 to 8 cm across.
 inline contact::Shape small_shape(int kind, std::mt19937& random) {
