@@ -64,8 +64,17 @@ bool is_round(const Shape& shape) {
 
 /// A body as what the other one's points are tested against.
 struct BodyField {
+  BodyField(const Shape& of_shape, const Pose& at)
+      : shape(of_shape), pose(at), R_body_world(at.R_world_body.transposed()) {}
+
   const Shape& shape;
   const Pose& pose;
+  Rotation R_body_world;
+
+  [[nodiscard]] float distance(const Vec3f& p_world, Vec3d& gradient_body) const {
+    return static_cast<float>(
+        shape_distance(shape, R_body_world * (p_world.cast<double>() - pose.center_world_m), gradient_body));
+  }
 
   [[nodiscard]] DistanceField field() const {
     DistanceField f;
@@ -73,11 +82,14 @@ struct BodyField {
     f.truncation_m = 2 * static_cast<float>(reach_m(shape));  // known everywhere inside
     f.sample_fn = [](const void* context, const Vec3f& p_world, map::DistanceSample& out) noexcept {
       const auto& self = *static_cast<const BodyField*>(context);
-      const Rotation R_body_world = self.pose.R_world_body.transposed();
       Vec3d gradient;
-      out.distance_m = static_cast<float>(shape_distance(
-          self.shape, R_body_world * (p_world.cast<double>() - self.pose.center_world_m), gradient));
+      out.distance_m = self.distance(p_world, gradient);
       out.gradient = (self.pose.R_world_body * gradient).cast<float>();
+      return true;
+    };
+    f.distance_fn = [](const void* context, const Vec3f& p_world, float& distance_m) noexcept {
+      Vec3d gradient;
+      distance_m = static_cast<const BodyField*>(context)->distance(p_world, gradient);
       return true;
     };
     return f;
@@ -107,7 +119,7 @@ double shape_distance(const Shape& shape, const Vec3d& p, Vec3d& gradient) noexc
 
 int body_contacts(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin_m,
                   const Vec3d& up_world, std::span<FieldContact, kFieldContactsMax> out) noexcept {
-  const BodyField field_a{a, pose_a}, field_b{b, pose_b};
+  const BodyField field_a(a, pose_a), field_b(b, pose_b);
   // Half the smaller body: what is missed between points, ODE finds (edges that cross).
   const double spacing_m = std::min(reach_m(a), reach_m(b));
   // A point of a flat face inside a round body has the normal of the round one, not the face's, and would
