@@ -24,8 +24,8 @@ struct Profile {
   map::RefineConfig refine = map::RefineConfig::for_cells(19456);  // fewer where memory_bytes_max leaves less
   int threads_count = 1;                              // of the spine's fork-join; results do not depend on it
   std::size_t network_bytes = std::size_t{48} << 20;  // taken only when a network is loaded
-  std::size_t trace_records_count = 16384;  // per thread, 40 bytes each: the last 60 s of a 30 Hz session
-  std::size_t memory_bytes_max = 96'000'000;  // of the plan, without the network
+  std::size_t trace_records_count = 8192;  // per thread, 40 bytes each: the last 55 s of a 30 Hz session
+  std::size_t memory_bytes_max = std::size_t{96} << 20;  // of the plan, without the network
 };
 
 /// A desktop or laptop with recorded sensor dumps.

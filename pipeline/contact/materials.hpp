@@ -31,7 +31,7 @@ inline constexpr std::array<std::string_view, 5> kBreakPatternNames = {"none", "
 struct FractureProperties {
   BreakPattern pattern = BreakPattern::none;  // none: it never breaks and sheds nothing
   double strength_pa = 1e9;        // bending stress at which it breaks; with E the energy a body holds before (fracture.hpp)
-  double chips_per_joule = 0;      // that fly off for each joule that an impact leaves in it
+  double chips_per_joule = 0;      // seen flying off for each joule that an impact leaves in it
   DecalKind decal = DecalKind::none;
   double decal_radius_m = 0;       // of the mark that one joule leaves; grows with the cube root of the energy
 };

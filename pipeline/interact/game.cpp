@@ -10,7 +10,7 @@ namespace {
 constexpr rt::Duration kSingleStep{1'000'000'000 / contact::kStepsPerSecond};
 constexpr rt::Duration kChipLife{3'000'000'000}, kPieceLife{30'000'000'000}, kBulletLife{2'000'000'000};
 constexpr double kShotRangeM = 10;
-constexpr double kBulletRadiusM = 0.003, kBulletKg = 0.0008;  // a pellet of 6 mm; its energy is the shot's
+constexpr double kBulletRadiusM = 0.003, kBulletKg = 0.002;  // of a small pistol; its energy is the shot's
 constexpr double kSurfaceProbeM = 0.05;
 constexpr Rgb8 kCupColor{205, 225, 228};
 constexpr int kBreakCues = 4;

@@ -27,7 +27,7 @@ namespace tactus::interact {
 
 struct GameConfig {
   std::size_t bodies_capacity = 64;
-  std::size_t events_capacity = 2048;
+  std::size_t events_capacity = 1024;
   std::size_t marks_capacity = 128;
   std::size_t cues_capacity = 64;  // of one round
 };

@@ -16,7 +16,7 @@
 //   [[shot]]
 //   at_s = 2.0                      # or at_frame
 //   aim_px = [320, 240]             # else the middle of the picture; or target_m
-//   energy_j = 5.0
+//   energy_j = 60
 //   projectile_m_per_s = 100        # optional: a bullet that flies; else a ray that is there at once
 #pragma once
 
@@ -68,7 +68,7 @@ struct Throw {
 struct Shot {
   Moment when;
   Aim aim;
-  double energy_j = 5;              // of an air gun's pellet
+  double energy_j = 60;             // of a small pistol's bullet
   double projectile_m_per_s = 0;    // 0: a ray
 };
 

@@ -76,6 +76,7 @@ Points cup_piece(std::size_t i) {
   return points;
 }
 
+/// About a centimetre and a half long: of the chips that fly, those that are seen from across a room.
 Points chip_points(contact::BreakPattern pattern) {
   Points points;
   const auto box = [&](double x, double y, double z, double lean) {
@@ -85,14 +86,14 @@ Points chip_points(contact::BreakPattern pattern) {
   };
   switch (pattern) {
     case contact::BreakPattern::shards:
-      points.add_both({0.006, 0, 0}, 0.001);
-      points.add_both({-0.004, 0.004, 0}, 0.001);
-      points.add_both({-0.002, -0.005, 0}, 0.001);
+      points.add_both({0.010, 0, 0}, 0.0015);
+      points.add_both({-0.007, 0.007, 0}, 0.0015);
+      points.add_both({-0.003, -0.008, 0}, 0.0015);
       break;
-    case contact::BreakPattern::splinters: box(0.008, 0.0012, 0.001, 0.001); break;
-    case contact::BreakPattern::fibres: box(0.006, 0.0008, 0.0008, 0); break;
+    case contact::BreakPattern::splinters: box(0.013, 0.002, 0.0016, 0.0016); break;
+    case contact::BreakPattern::fibres: box(0.009, 0.0013, 0.0013, 0); break;
     case contact::BreakPattern::crumbs:
-    case contact::BreakPattern::none: box(0.004, 0.003, 0.0025, 0.001); break;
+    case contact::BreakPattern::none: box(0.0065, 0.005, 0.004, 0.0015); break;
   }
   return points;
 }

@@ -44,7 +44,7 @@ class ThingCatalogue {
 
   /// Any phase. `plain` has no shape of its own and does not break.
   [[nodiscard]] const Thing& of(ThingKind kind) const { return things_[static_cast<std::size_t>(kind)]; }
-  /// A chip of 1 cm length to be scaled by nothing: chips are all of one size a pattern.
+  /// Chips are all of one size a pattern.
   [[nodiscard]] const contact::ConvexHull& chip(contact::BreakPattern pattern) const {
     return hulls_[2 * kPiecesCount + static_cast<std::size_t>(pattern)];
   }

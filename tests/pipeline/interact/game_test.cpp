@@ -205,7 +205,7 @@ TEST_P(Shooting, HoleChipsAndSoundAreThoseOfTheMaterial) {
     EXPECT_NEAR(hits[0].position_world_m.x, 0.5, 0.01);
     EXPECT_NEAR(hits[0].position_world_m.y, 0, 0.01);
     const contact::FractureProperties& fracture = table.fracture_of(id);
-    EXPECT_EQ(hits[0].chips_count > 0, fracture.chips_per_joule * 5 >= 0.5) << hits[0].chips_count;
+    EXPECT_EQ(hits[0].chips_count > 0, fracture.chips_per_joule > 0) << hits[0].chips_count;
     EXPECT_EQ(hits[0].mark_index >= 0, fracture.decal != DecalKind::none);
     EXPECT_EQ(session.sut.counters().chips, static_cast<std::uint64_t>(hits[0].chips_count));
     if (fracture.decal != DecalKind::none) {
@@ -213,8 +213,9 @@ TEST_P(Shooting, HoleChipsAndSoundAreThoseOfTheMaterial) {
       const Mark& mark = session.sut.marks()[0];
       EXPECT_EQ(mark.kind, fracture.decal);
       EXPECT_NEAR(static_cast<double>(mark.normal_world.y), 1, 1e-6);
-      EXPECT_GT(mark.radius_m, fracture.decal_radius_m * 0.5);
-      EXPECT_LT(mark.radius_m, fracture.decal_radius_m * 2);
+      // All 60 J, or what a hard surface leaves in the bullet, 60^(1/3) = 3.9.
+      EXPECT_GT(static_cast<double>(mark.radius_m), fracture.decal_radius_m * 2);
+      EXPECT_LT(static_cast<double>(mark.radius_m), fracture.decal_radius_m * 3.92);
       EXPECT_EQ(mark.color, (Rgb8{10, 20, 30}));
     }
     ASSERT_GE(session.cues.size(), 1U);

@@ -66,13 +66,13 @@ TEST_F(BoundThings, HullsAreNumberedInTheirOrder) {
   EXPECT_EQ(sut_.index_of(sut_.chip(contact::BreakPattern::none)), 2 * ThingCatalogue::kPiecesCount);
 }
 
-TEST_F(BoundThings, ChipsAreAFewMillimetresAndDifferByPattern) {
+TEST_F(BoundThings, ChipsAreOneToThreeCentimetresAcrossAndDifferByPattern) {
   double longest = 0, shortest = 1;
   for (const auto pattern : {contact::BreakPattern::shards, contact::BreakPattern::crumbs,
                              contact::BreakPattern::splinters, contact::BreakPattern::fibres}) {
     const double radius = sut_.chip(pattern).radius_m;
-    EXPECT_GT(radius, 0.003);
-    EXPECT_LT(radius, 0.012);
+    EXPECT_GT(radius, 0.005);
+    EXPECT_LT(radius, 0.015);
     longest = std::max(longest, radius);
     shortest = std::min(shortest, radius);
   }
