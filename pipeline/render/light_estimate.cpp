@@ -196,6 +196,16 @@ Light light_of(const Solution& solution, const Vec3d& toward) {
           of_channels([&](std::size_t c) { return std::max(channels[c][0] - channels[c][1], 0.02); })};
 }
 
+/// Turned up to kLightElevationMin above the horizon, its heading kept.
+Vec3f raised(const Vec3f& toward) {
+  if (toward.y >= kLightElevationMin) return toward;
+  const Vec3f level{toward.x, 0, toward.z};
+  const float length = level.norm();
+  if (!(length > 0.01F)) return {0, 1, 0};
+  const float flat = std::sqrt(1 - kLightElevationMin * kLightElevationMin);
+  return Vec3f{level.x * flat / length, kLightElevationMin, level.z * flat / length};
+}
+
 }  // namespace
 
 std::size_t light_samples_max(const hal::Intrinsics& camera) {
@@ -250,7 +260,7 @@ rt::Status LightEstimate::step(const LightView& view, float interval_s) noexcept
   const auto draw_in = [part](Vec3f& now, const Vec3f& seen) { now += (seen - now) * part; };
   Vec3f toward = light_.toward_world.normalized();
   draw_in(toward, fit.light.toward_world);
-  if (toward.norm() > 0.01F) light_.toward_world = toward.normalized();
+  if (toward.norm() > 0.01F) light_.toward_world = raised(toward.normalized());
   draw_in(light_.color, fit.light.color);
   draw_in(light_.ambient_up, fit.light.ambient_up);
   draw_in(light_.ambient_down, fit.light.ambient_down);

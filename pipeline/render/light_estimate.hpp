@@ -52,6 +52,10 @@ std::size_t light_samples_max(const hal::Intrinsics& camera);
 /// one).
 rt::Status fit_light(const LightView& view, std::span<LightSample> samples, LightFit& fit) noexcept;
 
+/// Nothing real stands in the way of virtual shadows, so a lamp near the horizon, a window, would throw them through
+/// furniture across the room: it is raised to where most of what it reaches lies close by. Sine of 40 degrees.
+inline constexpr float kLightElevationMin = 0.643F;
+
 /// The light over time: fits drawn in with a time constant of kLightSettleS; the default one until the first
 /// fit. Pictures that cannot tell leave it as it is. One thread.
 class LightEstimate {

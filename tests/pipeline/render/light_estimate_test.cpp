@@ -135,6 +135,26 @@ TEST(FitLight, SaturatedAndUnmeasuredPixelsAreNoSamples) {
   EXPECT_EQ(sut.samples_count, 0);
 }
 
+TEST(LightEstimate, LampNearTheHorizonIsRaisedAndKeepsItsHeading) {
+  Room room;
+  room.light = {{0.8F, 0.3F, 0.5F}, {0.6F, 0.6F, 0.6F}, {0.2F, 0.2F, 0.2F}, {0.15F, 0.15F, 0.15F}};
+  room.see();
+  std::vector<LightSample> samples(light_samples_max(room.view.camera));
+  LightFit fit;
+  ASSERT_EQ(fit_light(room.view, samples, fit), rt::Status::ok);
+  EXPECT_LT(fit.light.toward_world.y, 0.5F) << "the fit says what it sees";
+  const std::size_t bytes = LightEstimate::bytes_needed(room.view.camera);
+  std::unique_ptr<std::byte, decltype(&std::free)> memory(
+      static_cast<std::byte*>(std::aligned_alloc(rt::kCacheLineBytes, bytes)), std::free);
+  LightEstimate sut;
+  sut.bind(room.view.camera, rt::Slice({memory.get(), bytes}));
+  ASSERT_EQ(sut.step(room.view, 0.033F), rt::Status::ok);
+  const Vec3f toward = sut.light().toward_world;
+  EXPECT_NEAR(toward.y, kLightElevationMin, 1e-5);
+  EXPECT_NEAR(toward.norm(), 1, 1e-5);
+  EXPECT_NEAR(toward.x / toward.z, fit.light.toward_world.x / fit.light.toward_world.z, 0.01);
+}
+
 TEST(LightEstimate, FollowsAChangeWithATimeConstantOfASecondAndKeepsWhatItKnew) {
   Room room;
   room.light = {{0.5F, 0.7F, 0.4F}, {0.4F, 0.4F, 0.4F}, {0.2F, 0.2F, 0.2F}, {0.15F, 0.15F, 0.15F}};
