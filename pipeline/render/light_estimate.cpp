@@ -206,7 +206,29 @@ Vec3f raised(const Vec3f& toward) {
   return Vec3f{level.x * flat / length, kLightElevationMin, level.z * flat / length};
 }
 
+/// Channels drawn to within kLightChromaMax of their mean.
+Vec3f less_colored(const Vec3f& color) {
+  const float grey = (color.x + color.y + color.z) / 3;
+  const auto near_grey = [grey](float channel) {
+    return std::clamp(channel, (1 - kLightChromaMax) * grey, (1 + kLightChromaMax) * grey);
+  };
+  return {near_grey(color.x), near_grey(color.y), near_grey(color.z)};
+}
+
 }  // namespace
+
+Light believable(const Light& seen) noexcept {
+  Light light;
+  light.toward_world = raised(seen.toward_world);
+  light.color = less_colored(seen.color);
+  const auto ambient = [&](const Vec3f& color) {
+    const Vec3f tamed = less_colored(color), least = light.color * kAmbientLeast;
+    return Vec3f{std::max(tamed.x, least.x), std::max(tamed.y, least.y), std::max(tamed.z, least.z)};
+  };
+  light.ambient_up = ambient(seen.ambient_up);
+  light.ambient_down = ambient(seen.ambient_down);
+  return light;
+}
 
 std::size_t light_samples_max(const hal::Intrinsics& camera) {
   return (static_cast<std::size_t>(camera.width) / kSampleStep + 1) *
@@ -258,13 +280,14 @@ rt::Status LightEstimate::step(const LightView& view, float interval_s) noexcept
   if (status != rt::Status::ok) return status;
   const float part = has_fit_ ? std::clamp(interval_s / (kLightSettleS + interval_s), 0.0F, 1.0F) : 1.0F;
   const auto draw_in = [part](Vec3f& now, const Vec3f& seen) { now += (seen - now) * part; };
-  Vec3f toward = light_.toward_world.normalized();
+  Vec3f toward = seen_.toward_world.normalized();
   draw_in(toward, fit.light.toward_world);
-  if (toward.norm() > 0.01F) light_.toward_world = raised(toward.normalized());
-  draw_in(light_.color, fit.light.color);
-  draw_in(light_.ambient_up, fit.light.ambient_up);
-  draw_in(light_.ambient_down, fit.light.ambient_down);
+  if (toward.norm() > 0.01F) seen_.toward_world = toward.normalized();
+  draw_in(seen_.color, fit.light.color);
+  draw_in(seen_.ambient_up, fit.light.ambient_up);
+  draw_in(seen_.ambient_down, fit.light.ambient_down);
   has_fit_ = true;
+  light_ = believable(seen_);
   return rt::Status::ok;
 }
 

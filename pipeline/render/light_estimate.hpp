@@ -52,9 +52,14 @@ std::size_t light_samples_max(const hal::Intrinsics& camera);
 /// one).
 rt::Status fit_light(const LightView& view, std::span<LightSample> samples, LightFit& fit) noexcept;
 
-/// Nothing real stands in the way of virtual shadows, so a lamp near the horizon, a window, would throw them through
-/// furniture across the room: it is raised to where most of what it reaches lies close by. Sine of 40 degrees.
-inline constexpr float kLightElevationMin = 0.643F;
+/// What of a fit pictures are lit by. Nothing real stands in the way of virtual shadows, so a lamp near the horizon, a
+/// window, would throw them through furniture across the room: it is raised to where most of what it reaches lies close
+/// by. And a red kitchen is red by its paint, not by its lamps: channels keep within kLightChromaMax of grey, and a shadow
+/// keeps kAmbientLeast of the light. Pure.
+Light believable(const Light& seen) noexcept;
+inline constexpr float kLightElevationMin = 0.643F;  // sine of 40 degrees
+inline constexpr float kLightChromaMax = 0.2F;
+inline constexpr float kAmbientLeast = 0.5F;
 
 /// The light over time: fits drawn in with a time constant of kLightSettleS; the default one until the first
 /// fit. Pictures that cannot tell leave it as it is. One thread.
@@ -70,7 +75,7 @@ class LightEstimate {
 
  private:
   std::span<LightSample> samples_;
-  Light light_;
+  Light seen_, light_;  // as fitted; as believed
   bool has_fit_ = false;
 };
 inline constexpr float kLightSettleS = 1;

@@ -155,6 +155,19 @@ TEST(LightEstimate, LampNearTheHorizonIsRaisedAndKeepsItsHeading) {
   EXPECT_NEAR(toward.x / toward.z, fit.light.toward_world.x / fit.light.toward_world.z, 0.01);
 }
 
+TEST(LightEstimate, RedRoomDoesNotMakeRedShadows) {
+  const Light seen{{0, 1, 0}, {0.1F, 0.8F, 0.9F}, {0.9F, 0.02F, 0.02F}, {0.5F, 0, 0}};
+  const Light sut = believable(seen);
+  for (const Vec3f& color : {sut.color, sut.ambient_up, sut.ambient_down}) {
+    const float least = std::min({color.x, color.y, color.z}), most = std::max({color.x, color.y, color.z});
+    EXPECT_LE(most, 1.51F * least);
+  }
+  EXPECT_GE(sut.ambient_up.y, kAmbientLeast * sut.color.y);
+  const Light grey{{0.1F, 0.9F, 0}, {0.5F, 0.5F, 0.5F}, {0.4F, 0.4F, 0.4F}, {0.3F, 0.3F, 0.3F}};
+  EXPECT_EQ(believable(grey).color, grey.color);
+  EXPECT_EQ(believable(grey).ambient_up, grey.ambient_up);
+}
+
 TEST(LightEstimate, FollowsAChangeWithATimeConstantOfASecondAndKeepsWhatItKnew) {
   Room room;
   room.light = {{0.5F, 0.7F, 0.4F}, {0.4F, 0.4F, 0.4F}, {0.2F, 0.2F, 0.2F}, {0.15F, 0.15F, 0.15F}};
