@@ -98,7 +98,7 @@ rt::Result<void> Pipeline::bind(const PipelineSetup& setup, rt::MemoryPlan& plan
     return bound.error();
   if (auto bound = game_.bind(plan.take("interact"), game_config(setup.profile), setup.script, setup.materials); !bound)
     return bound.error();
-  if (setup.mixer != nullptr) sound_.bind(plan.take("sound"), {}, setup.materials, sound::rays_of(sound_reader_));
+  if (setup.mixer != nullptr) sound_.bind(plan.take("sound"), {}, setup.materials, contact::field_of(sound_reader_));
 
   // (2) Frames and edges.
   rt::Slice pool = plan.take("frame pool");

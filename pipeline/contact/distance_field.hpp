@@ -59,4 +59,12 @@ struct DistanceField {
   }
 };
 
+/// A room that only rays are cast into.
+inline DistanceField rays_only(const void* context, DistanceField::Raycast raycast) {
+  DistanceField field;
+  field.context = context;
+  field.raycast_fn = raycast;
+  return field;
+}
+
 }  // namespace tactus::contact

@@ -48,10 +48,10 @@ std::array<double, kBands> reflected(const map::SurfacePoint& hit, const contact
 /// How far a straight way to a point of a plane goes.
 enum class Way { reaches_it, blocked, unknown };
 
-Way way_to(const RoomRays& rays, const Vec3d& from, const Vec3d& point, const Plane& plane,
+Way way_to(const contact::DistanceField& room, const Vec3d& from, const Vec3d& point, const Plane& plane,
            map::SurfacePoint& hit) {
   const Vec3d way = point - from;
-  if (!rays.cast(from, way, way.norm() + kReachedM, hit)) return Way::unknown;
+  if (!room.raycast(from, way, way.norm() + kReachedM, hit)) return Way::unknown;
   const Vec3d end = hit.position_world_m.cast<double>();
   const bool is_there = (end - point).norm() < kReachedM && std::abs(plane.distance_m(end)) < kOnPlaneM;
   return is_there ? Way::reaches_it : Way::blocked;
@@ -63,12 +63,12 @@ constexpr std::array<double, kBands> kBehindObstacle = {0.474, 0.336, 0.195};
 
 // The surface must be seen from source or listener; the other may have to hear round something. False where
 // neither sees it, or where nobody knows what is between.
-bool connect(const RoomRays& rays, const contact::MaterialTable& table, const Vec3d& origin,
+bool connect(const contact::DistanceField& room, const contact::MaterialTable& table, const Vec3d& origin,
              const Vec3d& listener, const Plane& plane, Reflection& reflection) {
   map::SurfacePoint from_source, from_listener;
-  const Way there = way_to(rays, origin, reflection.point_world_m, plane, from_source);
+  const Way there = way_to(room, origin, reflection.point_world_m, plane, from_source);
   if (there == Way::unknown) return false;
-  const Way back = way_to(rays, listener, reflection.point_world_m, plane, from_listener);
+  const Way back = way_to(room, listener, reflection.point_world_m, plane, from_listener);
   if (back == Way::unknown || (there == Way::blocked && back == Way::blocked)) return false;
   reflection.gain = reflected(there == Way::reaches_it ? from_source : from_listener, table);
   if (there == Way::blocked || back == Way::blocked)
@@ -78,7 +78,7 @@ bool connect(const RoomRays& rays, const contact::MaterialTable& table, const Ve
 
 // The plane through what three rays beside this one hit; false where that is not flat. Gradients of a map's
 // far walls are up to 40 degrees off; four points half a metre apart and a centimetre off are not.
-bool fit_plane(const RoomRays& rays, const Vec3d& origin, const Vec3d& direction, const Vec3d& hit_world_m,
+bool fit_plane(const contact::DistanceField& room, const Vec3d& origin, const Vec3d& direction, const Vec3d& hit_world_m,
                Plane& out) {
   const Vec3d aside =
       (std::abs(direction.y) < 0.7 ? Vec3d{0, 1, 0} : Vec3d{1, 0, 0}).cross(direction).normalized();
@@ -88,7 +88,7 @@ bool fit_plane(const RoomRays& rays, const Vec3d& origin, const Vec3d& direction
   for (std::size_t i = 0; i < 3; ++i) {
     map::SurfacePoint hit;
     const Vec3d way = hit_world_m + offsets[i] * kFitM - origin;
-    if (!rays.cast(origin, way, 2 * way.norm(), hit)) return false;
+    if (!room.raycast(origin, way, 2 * way.norm(), hit)) return false;
     at[i] = hit.position_world_m.cast<double>();
     if ((at[i] - hit_world_m).norm() > 4 * kFitM) return false;
   }
@@ -103,9 +103,9 @@ struct Planes {
   std::array<Plane, kPlanesMax> planes;
   std::size_t count = 0;
 
-  void cast(const RoomRays& rays, const Vec3d& origin, const Vec3d& direction, double range_m) {
+  void cast(const contact::DistanceField& room, const Vec3d& origin, const Vec3d& direction, double range_m) {
     map::SurfacePoint hit;
-    if (count == planes.size() || !rays.cast(origin, direction, range_m, hit)) return;
+    if (count == planes.size() || !room.raycast(origin, direction, range_m, hit)) return;
     const Vec3d end = hit.position_world_m.cast<double>();
     Plane fitted;
     for (std::size_t i = 0; i < count; ++i) {
@@ -113,30 +113,30 @@ struct Planes {
       if (std::abs(known.distance_m(end)) > kFlatM || known.normal_world.dot(direction) > 0) continue;
       // A fit that took in a corner leaves a residual: the best of a few is kept.
       if (known.residual_m > kGoodFitM && known.refits_left-- > 0 &&
-          fit_plane(rays, origin, direction, end, fitted) && fitted.residual_m < known.residual_m &&
+          fit_plane(room, origin, direction, end, fitted) && fitted.residual_m < known.residual_m &&
           fitted.normal_world.dot(known.normal_world) > kSamePlaneCosine) {
         fitted.refits_left = known.refits_left;
         known = fitted;
       }
       return;
     }
-    if (fit_plane(rays, origin, direction, end, fitted)) planes[count++] = fitted;
+    if (fit_plane(room, origin, direction, end, fitted)) planes[count++] = fitted;
   }
 };
 
 // The planes around source and listener: 26 rays from each along the world's axes and diagonals, then one
 // away from each plane they found, which finds the far end of a long room that stands askew to the world. A
 // source is often among things that hide the walls from it, but for the one way to the reflection's point.
-Planes find_planes(const RoomRays& rays, const Vec3d& source, const Vec3d& listener, double range_m) {
+Planes find_planes(const contact::DistanceField& room, const Vec3d& source, const Vec3d& listener, double range_m) {
   Planes found;
   for (const Vec3d& origin : {source, listener})
     for (int x = -1; x <= 1; ++x)
       for (int y = -1; y <= 1; ++y)
         for (int z = -1; z <= 1; ++z)
           if (x != 0 || y != 0 || z != 0)
-            found.cast(rays, origin, Vec3d{1.0 * x, 1.0 * y, 1.0 * z}.normalized(), range_m);
+            found.cast(room, origin, Vec3d{1.0 * x, 1.0 * y, 1.0 * z}.normalized(), range_m);
   for (std::size_t i = 0, first_round = found.count; i < first_round; ++i)
-    found.cast(rays, source, found.planes[i].normal_world, range_m);
+    found.cast(room, source, found.planes[i].normal_world, range_m);
   return found;
 }
 
@@ -154,20 +154,13 @@ bool mirror(const Plane& plane, const SoundPath& path, Reflection& out) {
 
 }  // namespace
 
-RoomRays rays_of(const map::Reader& reader) {
-  return {&reader, [](const void* context, const Vec3f& origin, const Vec3f& direction, float range_m_max,
-                      map::SurfacePoint& out) noexcept {
-            return static_cast<const map::Reader*>(context)->raycast(origin, direction, range_m_max, out);
-          }};
-}
-
-int find_reflections(const RoomRays& rays, const contact::MaterialTable& table, const SoundPath& path,
+int find_reflections(const contact::DistanceField& room, const contact::MaterialTable& table, const SoundPath& path,
                      double range_m, std::span<Reflection> out) noexcept {
   const Vec3d away = path.source_normal_world == Vec3d{}
                          ? (path.listener_world_m - path.source_world_m).normalized()
                          : path.source_normal_world.normalized();
   const Vec3d origin = path.source_world_m + away * kLiftM;
-  const Planes found = find_planes(rays, origin, path.listener_world_m, range_m);
+  const Planes found = find_planes(room, origin, path.listener_world_m, range_m);
 
   struct Candidate {
     double path_m;
@@ -189,7 +182,7 @@ int find_reflections(const RoomRays& rays, const contact::MaterialTable& table, 
     // Once more where it counts, so that the image does not stand on a plane extended over metres.
     Plane fitted;
     if (plane.residual_m > kGoodFitM &&
-        fit_plane(rays, origin, (reflection.point_world_m - origin).normalized(), reflection.point_world_m,
+        fit_plane(room, origin, (reflection.point_world_m - origin).normalized(), reflection.point_world_m,
                   fitted) &&
         fitted.residual_m < plane.residual_m &&
         fitted.normal_world.dot(plane.normal_world) > kSamePlaneCosine)
@@ -199,7 +192,7 @@ int find_reflections(const RoomRays& rays, const contact::MaterialTable& table, 
                     [&reflection](const Reflection& other) {
                       return (other.image_world_m - reflection.image_world_m).norm() < kOneImageM;
                     }) ||
-        !connect(rays, table, origin, path.listener_world_m, plane, reflection))
+        !connect(room, table, origin, path.listener_world_m, plane, reflection))
       continue;
     out[kept++] = reflection;
   }

@@ -12,29 +12,13 @@
 #include <span>
 
 #include "hal/transform.hpp"
+#include "pipeline/contact/distance_field.hpp"
 #include "pipeline/contact/materials.hpp"
-#include "pipeline/map/reader.hpp"
 
 namespace tactus::sound {
 
 inline constexpr double kSoundSpeedMPerS = 343;  // dry air at 20 degrees
 inline constexpr int kBands = 3;                 // around 250, 1000 and 4000 Hz, as the table's absorption
-
-/// Map::Reader::raycast, or an analytic room in a test. Non-owning; the context outlives every user. Step: no
-/// heap, no lock.
-struct RoomRays {
-  using Cast = bool (*)(const void* context, const Vec3f& origin_world_m, const Vec3f& direction_world,
-                        float range_m_max, map::SurfacePoint& out) noexcept;
-  const void* context = nullptr;  // none: no room
-  Cast cast_fn = nullptr;
-
-  [[nodiscard]] bool cast(const Vec3d& origin_world_m, const Vec3d& direction_world, double range_m_max,
-                          map::SurfacePoint& out) const noexcept {
-    return cast_fn != nullptr && cast_fn(context, origin_world_m.cast<float>(), direction_world.cast<float>(),
-                                         static_cast<float>(range_m_max), out);
-  }
-};
-RoomRays rays_of(const map::Reader& reader);
 
 struct Reflection {
   Vec3d image_world_m;              // the source, mirrored: where the sound seems to come from
@@ -54,7 +38,7 @@ struct SoundPath {
 
 /// The shortest out.size() reflections, shortest first, and how many there are. About 90 rays of 1 to 3 us in
 /// an empty room, at most 500, each of at most range_m. Step.
-int find_reflections(const RoomRays& rays, const contact::MaterialTable& table, const SoundPath& path,
+int find_reflections(const contact::DistanceField& room, const contact::MaterialTable& table, const SoundPath& path,
                      double range_m, std::span<Reflection> out) noexcept;
 
 /// Writes `clip` with its three bands scaled by `gain` to `out` (of the same size), split at 500 and 2000 Hz

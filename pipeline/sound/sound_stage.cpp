@@ -62,12 +62,12 @@ std::size_t SoundStage::bytes_needed(const SoundConfig& config) {
 }
 
 void SoundStage::bind(rt::Slice memory, const SoundConfig& config, const contact::MaterialTable& table,
-                      const RoomRays& rays) {
+                      const contact::DistanceField& room) {
   TACTUS_ASSERT(config.impacts_max > 0 && config.sounds_max_per_block > 0);
   TACTUS_ASSERT(config.reflections_max >= 0 && config.reflections_max <= static_cast<int>(kReflectionsMax));
   config_ = config;
   table_ = table;
-  rays_ = rays;
+  room_ = room;
   impacts_ = memory.take<Impact>(static_cast<std::size_t>(config.impacts_max));
   scored_ = memory.take<Scored>(static_cast<std::size_t>(config.impacts_max));
   clip_ = memory.take<float>(kClipSamplesMax);
@@ -143,7 +143,7 @@ void SoundStage::begin_sound(const Scored& scored, int sounds_to_come, hal::Spat
 
   std::array<Reflection, kReflectionsMax> reflections;
   const int count = find_reflections(
-      rays_, table_, {impact.position_world_m, impact.normal_world, listener_world_m_}, config_.room_range_m,
+      room_, table_, {impact.position_world_m, impact.normal_world, listener_world_m_}, config_.room_range_m,
       std::span(reflections).first(static_cast<std::size_t>(config_.reflections_max)));
   const std::span<float> answer = reflected_.first(std::min(samples_count, kReflectedSamplesMax));
   for (int i = 0; i < count; ++i) {

@@ -76,9 +76,9 @@ class BlockSizes {
 class SoundStage {
  public:
   static std::size_t bytes_needed(const SoundConfig& config);
-  /// Boot. The table is copied; what `rays` looks at outlives the stage.
+  /// Boot. The table is copied; what `room` looks at outlives the stage.
   void bind(rt::Slice memory, const SoundConfig& config, const contact::MaterialTable& table,
-            const RoomRays& rays);
+            const contact::DistanceField& room);
 
   /// Takes an impact for the next block: ok | full (a quieter one made room, or this one was the quietest) |
   /// skipped (no energy, or numbers that are not finite). Step.
@@ -103,7 +103,7 @@ class SoundStage {
 
   SoundConfig config_;
   contact::MaterialTable table_;
-  RoomRays rays_;
+  contact::DistanceField room_;
   std::span<Impact> impacts_;
   std::span<Scored> scored_;
   std::span<float> clip_, reflected_;

@@ -11,7 +11,7 @@ namespace tactus::sound::test {
 
 class PlannedStage {
  public:
-  explicit PlannedStage(const RoomRays& rays = {}, const SoundConfig& config = {},
+  explicit PlannedStage(const contact::DistanceField& rays = {}, const SoundConfig& config = {},
                         const contact::MaterialTable& table = sounding_materials()) {
     const std::size_t bytes = SoundStage::bytes_needed(config);
     memory_.reset(static_cast<std::byte*>(std::aligned_alloc(rt::kCacheLineBytes, bytes)));

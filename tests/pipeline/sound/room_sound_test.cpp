@@ -10,6 +10,7 @@
 #include <random>
 #include <vector>
 
+#include "pipeline/contact/map_field.hpp"
 #include "pipeline/label/label_cell.hpp"
 #include "tests/pipeline/map/analytic_map.hpp"
 #include "tests/pipeline/sound/shoebox.hpp"
@@ -39,7 +40,7 @@ struct Found {
   }
 };
 
-Found found_in(const RoomRays& rays, const SoundPath& path) {
+Found found_in(const contact::DistanceField& rays, const SoundPath& path) {
   Found found;
   found.count = find_reflections(rays, test::sounding_materials(), path, kRangeM, found.reflections);
   return found;
@@ -101,8 +102,8 @@ TEST(RoomSound, GainIsWhatTheWallDoesNotAbsorb) {
 TEST(RoomSound, UncertainWall_AbsorbsAsExpectedOverItsPosterior) {
   struct Mixed {
     Shoebox room;
-    [[nodiscard]] RoomRays rays() const {
-      return {this, [](const void* context, const Vec3f& o, const Vec3f& d, float range_m,
+    [[nodiscard]] contact::DistanceField rays() const {
+      return contact::rays_only(this, [](const void* context, const Vec3f& o, const Vec3f& d, float range_m,
                        map::SurfacePoint& out) noexcept {
                 const bool hit = static_cast<const Mixed*>(context)->room.cast(
                     o.cast<double>(), d.cast<double>(), static_cast<double>(range_m), out);
@@ -110,7 +111,7 @@ TEST(RoomSound, UncertainWall_AbsorbsAsExpectedOverItsPosterior) {
                 out.materials[material_from_name("glass")] = 0.75F;
                 out.materials[material_from_name("fabric")] = 0.25F;
                 return hit;
-              }};
+              });
     }
   };
   const Mixed room;
@@ -141,7 +142,7 @@ TEST(RoomSound, UnmappedWalls_NoImageFromThem) {
   }
   room.is_mapped.fill(false);
   EXPECT_EQ(found_in(room.rays(), path).count, 0);
-  EXPECT_EQ(found_in(RoomRays{}, path).count, 0) << "no room at all";
+  EXPECT_EQ(found_in(contact::DistanceField{}, path).count, 0) << "no room at all";
 }
 
 TEST(RoomSound, SourceOnTheFloor_FloorItselfGivesNoImage) {
@@ -167,8 +168,8 @@ struct Screened {
   Shoebox room;
   double low_m = 0;
 
-  [[nodiscard]] RoomRays rays() const {
-    return {this, [](const void* context, const Vec3f& o, const Vec3f& d, float range_m,
+  [[nodiscard]] contact::DistanceField rays() const {
+    return contact::rays_only(this, [](const void* context, const Vec3f& o, const Vec3f& d, float range_m,
                      map::SurfacePoint& out) noexcept {
               const auto& self = *static_cast<const Screened*>(context);
               const Vec3d from = o.cast<double>(), way = d.cast<double>().normalized();
@@ -182,7 +183,7 @@ struct Screened {
                 return true;
               }
               return self.room.cast(from, way, static_cast<double>(range_m), out);
-            }};
+            });
   }
 };
 
@@ -239,7 +240,7 @@ TEST(RoomSound, RealMapOfAShoebox_ImagesWithinTwoCentimetres) {
     }
   const map::Reader reader(owned.map);
   const SoundPath path{{0.2, 0.6, 0.3}, {}, {-0.4, 1.1, -0.5}};
-  const Found found = found_in(rays_of(reader), path);
+  const Found found = found_in(contact::field_of(reader), path);
   ASSERT_EQ(found.count, 6);
   Shoebox room;
   room.low_m = low;

@@ -47,12 +47,12 @@ struct Shoebox {
     return true;
   }
 
-  [[nodiscard]] RoomRays rays() const {
-    return {this, [](const void* context, const Vec3f& origin, const Vec3f& direction, float range_m_max,
+  [[nodiscard]] contact::DistanceField rays() const {
+    return contact::rays_only(this, [](const void* context, const Vec3f& origin, const Vec3f& direction, float range_m_max,
                      map::SurfacePoint& out) noexcept {
               return static_cast<const Shoebox*>(context)->cast(
                   origin.cast<double>(), direction.cast<double>(), static_cast<double>(range_m_max), out);
-            }};
+            });
   }
 };
 

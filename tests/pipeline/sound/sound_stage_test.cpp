@@ -118,7 +118,7 @@ TEST_F(SoundStageTest, WallAnswersWhenItsWayIsOver) {
   const Vec3d place{0, 1.5, -0.3};
   std::vector<float> both[2];
   for (const bool with_room : {false, true}) {
-    PlannedStage planned(with_room ? room.rays() : RoomRays{});
+    PlannedStage planned(with_room ? room.rays() : contact::DistanceField{});
     EXPECT_EQ(planned.stage.add(impact_of("ceramic", "ceramic", place)), rt::Status::ok);
     both[with_room ? 1 : 0] = heard(planned.stage, 40);
   }
