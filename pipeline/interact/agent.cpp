@@ -33,7 +33,7 @@ std::size_t Agent::bytes_needed() {
   return WalkGrid::bytes_needed() + AgentPlanner::bytes_needed() + rt::bytes_of<CellCoord>(kPathMax);
 }
 
-void Agent::bind(rt::Slice& memory, const AgentScene& scene, const Vec3d& gravity_world,
+void Agent::bind(rt::Slice& memory, const contact::DistanceField& scene, const Vec3d& gravity_world,
                  const AgentConfig& config) {
   TACTUS_ASSERT(gravity_world.norm() > 0);
   scene_ = scene;

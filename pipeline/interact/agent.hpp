@@ -1,7 +1,7 @@
 // A small walker that lives in the room: it plans over ground it likes, avoids the rest and stands on the
 // real floor.
 //
-//   inputs    the live map (agent_scene.hpp), a goal or leave to wander, a duration
+//   inputs    the room (contact/distance_field.hpp), a goal or leave to wander, a duration
 //   outputs   pose and state
 //   budget    0.3 ms a step at 30 Hz: probes_per_step cells looked at, expansions_per_step cells planned over; 0.13 ms
 //             measured on the bedroom's map (agent_latency_test)
@@ -20,9 +20,9 @@
 #include <span>
 
 #include "hal/transform.hpp"
+#include "pipeline/contact/distance_field.hpp"
 #include "pipeline/interact/agent_grid.hpp"
 #include "pipeline/interact/agent_planner.hpp"
-#include "pipeline/interact/agent_scene.hpp"
 #include "rt/slice.hpp"
 #include "rt/status.hpp"
 #include "rt/time.hpp"
@@ -68,7 +68,7 @@ class Agent {
  public:
   static std::size_t bytes_needed();
   /// Boot. The scene's context outlives the agent. `gravity_world` must not be zero.
-  void bind(rt::Slice& memory, const AgentScene& scene, const Vec3d& gravity_world,
+  void bind(rt::Slice& memory, const contact::DistanceField& scene, const Vec3d& gravity_world,
             const AgentConfig& config = {});
 
   /// Puts the walker onto the first ground within kDropMax below this point as soon as the map knows one.
@@ -122,7 +122,7 @@ class Agent {
   std::uint64_t random() noexcept;
   void publish() noexcept;
 
-  AgentScene scene_;
+  contact::DistanceField scene_;
   GroundFrame frame_;
   AgentConfig config_;
   WalkGrid grid_;

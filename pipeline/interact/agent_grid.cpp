@@ -43,7 +43,7 @@ std::int32_t floor_of(double v) {
 }
 
 // Whether something stands within `room_m` of the body's axis over ground of this height.
-bool is_obstructed(const AgentScene& scene, const GroundFrame& frame, const WalkerBody& body, double u_m,
+bool is_obstructed(const contact::DistanceField& scene, const GroundFrame& frame, const WalkerBody& body, double u_m,
                    double v_m, double ground_m, double room_m) {
   const double top_m = ground_m + body.height_m + kHeadroomM;
   for (double z_m = ground_m + body.step_m + kAboveStepM;; z_m += kAxisSpacingM) {
@@ -88,7 +88,7 @@ CellCoord cell_at(double u_m, double v_m) noexcept {
   return {floor_of(u_m / kWalkCellM), floor_of(v_m / kWalkCellM)};
 }
 
-WalkCell probe_ground(const AgentScene& scene, const GroundFrame& frame, const WalkerBody& body,
+WalkCell probe_ground(const contact::DistanceField& scene, const GroundFrame& frame, const WalkerBody& body,
                       CellCoord cell, double from_m, bool was_free) noexcept {
   WalkCell found;
   found.from_m = static_cast<float>(from_m);
@@ -120,7 +120,7 @@ std::size_t WalkGrid::bytes_needed() {
   return rt::bytes_of<WalkCell>(kWalkCells) + rt::bytes_of<std::uint16_t>(kWalkCells);
 }
 
-void WalkGrid::bind(rt::Slice& memory, const AgentScene& scene, const GroundFrame& frame,
+void WalkGrid::bind(rt::Slice& memory, const contact::DistanceField& scene, const GroundFrame& frame,
                     const WalkerBody& body) {
   scene_ = scene;
   frame_ = frame;

@@ -13,7 +13,7 @@
 #include <span>
 
 #include "hal/transform.hpp"
-#include "pipeline/interact/agent_scene.hpp"
+#include "pipeline/contact/distance_field.hpp"
 #include "pipeline/interact/agent_walkability.hpp"
 #include "rt/slice.hpp"
 
@@ -63,7 +63,7 @@ struct WalkCell {
 /// Looks at one cell with up to 17 short rays and 5 samples, 2 us on the live map. `was_free` asks for a
 /// centimetre less room, so that noise at a wall does not switch a cell to and fro. Step phase; wait-free on
 /// the live map.
-WalkCell probe_ground(const AgentScene& scene, const GroundFrame& frame, const WalkerBody& body,
+WalkCell probe_ground(const contact::DistanceField& scene, const GroundFrame& frame, const WalkerBody& body,
                       CellCoord cell, double from_m, bool was_free) noexcept;
 
 /// The window of the grid around the walker. Thread-bound; no heap after bind().
@@ -71,7 +71,7 @@ class WalkGrid {
  public:
   static std::size_t bytes_needed();
   /// Boot.
-  void bind(rt::Slice& memory, const AgentScene& scene, const GroundFrame& frame, const WalkerBody& body);
+  void bind(rt::Slice& memory, const contact::DistanceField& scene, const GroundFrame& frame, const WalkerBody& body);
 
   /// Forgets everything and starts from ground of this height under `at`. Step phase.
   void start(CellCoord at, double height_m) noexcept;
@@ -121,7 +121,7 @@ class WalkGrid {
   void push(CellCoord c, float from_m) noexcept;
   void clear(CellCoord c) noexcept { cells_[index_of(c)] = {}; }
 
-  AgentScene scene_;
+  contact::DistanceField scene_;
   GroundFrame frame_;
   WalkerBody body_;
   CellCoord low_;

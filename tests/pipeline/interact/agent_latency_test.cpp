@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "hal/synthetic/scene.hpp"
+#include "pipeline/contact/map_field.hpp"
 #include "tests/pipeline/contact/filled_map.hpp"
 #include "tests/pipeline/interact/agent_room.hpp"
 
@@ -27,7 +28,7 @@ TEST(AgentLatency, WanderingInTheBedroom) {
                             [&](const Vec3d& p) { return static_cast<MaterialId>(scene.material(p)); },
                             {low.x, -0.05, low.z}, {high.x, 0.3, high.z}, 0.0007, 5);
   const map::Reader reader = map.reader();
-  test::BoundAgent sut(scene_of(reader));
+  test::BoundAgent sut(contact::field_of(reader));
   sut.agent.place({-0.3, 0.3, 0.9});
   sut.agent.wander(3);
   std::vector<double> times_us;

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "hal/synthetic/scene.hpp"
+#include "pipeline/contact/map_field.hpp"
 #include "tests/pipeline/contact/filled_map.hpp"
 #include "tests/pipeline/interact/agent_room.hpp"
 
@@ -19,7 +20,7 @@ TEST(AgentMap, SixtySecondsInTheBedroomTouchNothingAndTreadOnNothingAvoided) {
                             [&](const Vec3d& p) { return static_cast<MaterialId>(scene.material(p)); },
                             {low.x, -0.05, low.z}, {high.x, 0.3, high.z}, 0.0007, 5);
   const map::Reader reader = map.reader();
-  test::BoundAgent sut(scene_of(reader));
+  test::BoundAgent sut(contact::field_of(reader));
   sut.agent.place({-0.3, 0.3, 0.9});
   sut.agent.wander(3);
   double nearest_m = 1, headroom_m = 1, off_m = 0;

@@ -32,8 +32,8 @@ struct Terrain {
     return cells[static_cast<std::size_t>(c.i + kSide * c.j)];
   }
 
-  [[nodiscard]] AgentScene scene() const {
-    AgentScene scene;
+  [[nodiscard]] contact::DistanceField scene() const {
+    contact::DistanceField scene;
     scene.context = this;
     scene.raycast_fn = [](const void* self, const Vec3f& origin, const Vec3f& direction, float range_m,
                           map::SurfacePoint& out) noexcept {
@@ -126,7 +126,7 @@ std::vector<std::uint32_t> dijkstra(const Terrain& terrain, CellCoord start) {
 }
 
 struct Bound {
-  explicit Bound(const AgentScene& scene)
+  explicit Bound(const contact::DistanceField& scene)
       : bytes(WalkGrid::bytes_needed() + AgentPlanner::bytes_needed()),
         memory(static_cast<std::byte*>(::operator new (bytes, std::align_val_t{64}))) {
     rt::Slice slice(std::span(memory.get(), bytes));

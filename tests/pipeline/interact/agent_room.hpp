@@ -58,8 +58,8 @@ class BoxRoom {
     solids.push_back({{low_x_m - t, 0, high_z_m}, {high_x_m + t, 1, high_z_m + t}});
   }
 
-  [[nodiscard]] interact::AgentScene scene() const {
-    interact::AgentScene scene;
+  [[nodiscard]] contact::DistanceField scene() const {
+    contact::DistanceField scene;
     scene.context = this;
     scene.raycast_fn = [](const void* self, const Vec3f& origin, const Vec3f& direction, float range_m,
                           map::SurfacePoint& out) noexcept {
@@ -132,7 +132,7 @@ class BoxRoom {
 /// An agent with its memory, stepped at 30 Hz.
 class BoundAgent {
  public:
-  explicit BoundAgent(const interact::AgentScene& scene, const interact::AgentConfig& config = {})
+  explicit BoundAgent(const contact::DistanceField& scene, const interact::AgentConfig& config = {})
       : bytes_(interact::Agent::bytes_needed()),
         memory_(static_cast<std::byte*>(::operator new (bytes_, std::align_val_t{64}))) {
     rt::Slice slice(std::span(memory_.get(), bytes_));
