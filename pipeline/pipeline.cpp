@@ -548,7 +548,7 @@ rt::Status Pipeline::contact_round(rt::Clock clock, rt::Duration duration) noexc
     look_through_depth();
     const FrameVerdict& verdict = verdicts_[view_.id().slot()];
     const hal::RigCalibration& rig = setup_.sensor->calibration;
-    const interact::View view{verdict.T_world_depth, picture_camera_, picture_pose(verdict.T_world_depth, rig)};
+    const interact::View view{verdict.T_world_depth, picture_camera_, picture_pose(verdict.T_world_depth, rig), room_.seen()};
     constexpr Vec3d kGravity{0, -9.81, 0};  // the world's y is up
     const rt::Status status = game_.step(view, verdict.status == rt::Status::ok, view_->header, duration, kGravity,
                                          room_.field(), world_);

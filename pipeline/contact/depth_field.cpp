@@ -138,6 +138,11 @@ DistanceField DepthBackedField::field() const noexcept {
     const auto& self = *static_cast<const DepthBackedField*>(context);
     return self.map_.materials_fn(self.map_.context, p, out);
   };
+  field.raycast_fn = [](const void* context, const Vec3f& origin, const Vec3f& direction, float range_m,
+                        map::SurfacePoint& out) noexcept {
+    const DistanceField& map = static_cast<const DepthBackedField*>(context)->map_;
+    return map.raycast_fn != nullptr && map.raycast_fn(map.context, origin, direction, range_m, out);
+  };
   return field;
 }
 

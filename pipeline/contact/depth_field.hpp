@@ -31,7 +31,7 @@ struct DepthView {
 bool sample_depth(const DepthView& view, double truncation_m, const Vec3d& p_world_m,
                   map::DistanceSample& out) noexcept;
 
-/// The map first, the depth frame where it does not answer; materials are the map's alone. Two references,
+/// The map first, the depth frame where it does not answer; materials and rays are the map's alone. Two references,
 /// both must outlive the field that field() gives.
 class DepthBackedField {
  public:

@@ -35,6 +35,9 @@ class TouchedRoom {
   /// The frame's memory must stay until the next call.
   void set_depth(const DepthView& view) noexcept { depth_ = view; }
 
+  /// What a person sees and aims at, whatever the condition: the same throw is the same in all three.
+  [[nodiscard]] DistanceField seen() const noexcept { return inner_; }
+  /// What stops things and is struck by them.
   [[nodiscard]] DistanceField field() const noexcept {
     DistanceField field = inner_;
     field.context = this;
@@ -57,7 +60,7 @@ class TouchedRoom {
                           map::SurfacePoint& out) noexcept {
       const TouchedRoom& room = *static_cast<const TouchedRoom*>(self);
       if (room.collision_ == Collision::none ||
-          !room.map_.raycast(origin.cast<double>(), direction.cast<double>(), static_cast<double>(range_m), out))
+          !room.inner_.raycast(origin.cast<double>(), direction.cast<double>(), static_cast<double>(range_m), out))
         return false;
       if (room.collision_ == Collision::uniform) out.material = kUnknownMaterial;
       return true;

@@ -137,7 +137,7 @@ rt::Status Game::step(const View& view, bool is_tracked, const hal::FrameHeader&
     view_ = view;
     has_view_ = true;
     std::array<DueThrow, 8> throws;
-    const std::size_t throws_count = schedule_.due_throws(frames_, since_tracking_, view, gravity, room, throws);
+    const std::size_t throws_count = schedule_.due_throws(frames_, since_tracking_, view, gravity, aimed_at(), throws);
     for (const DueThrow& due : std::span(throws).first(throws_count))
       (void)launch(schedule_.throw_at(due.index), due.start, static_cast<std::int32_t>(due.index));  // counted there
     std::array<std::size_t, 8> shots;
@@ -202,7 +202,7 @@ rt::Status Game::throw_now(const Throw& what, contact::World& world) noexcept {
     return rt::Status::lost;
   }
   world_ = &world;
-  const auto start = start_of(what, view_, gravity_, room_);
+  const auto start = start_of(what, view_, gravity_, aimed_at());
   if (start) return launch(what, *start, -1);
   ++counters_.orders_refused;
   return rt::Status::lost;
@@ -254,6 +254,7 @@ rt::Status Game::launch(const Throw& what, const Start& start, std::int32_t orde
   event.body_index = id.index;
   event.body_material = spec.material;
   event.position_world_m = start.position_world_m;
+  event.normal_world = start.velocity_world_m_per_s.normalized();
   event.impact_speed_m_per_s = start.velocity_world_m_per_s.norm();
   log(event);
   return rt::Status::ok;
@@ -399,6 +400,7 @@ void Game::judge(const contact::ContactEvent& impact, contact::BodyId id, contac
   event.kind = breaks ? GameEventKind::broke : GameEventKind::contact;
   event.order_index = tag.order_index;
   event.body_index = id.index;
+  event.other_body_index = other_id.is_body() ? static_cast<std::int32_t>(other_id.index) : -1;
   event.position_world_m = impact.position_world_m;
   event.normal_world = normal;
   event.body_material = body.material;

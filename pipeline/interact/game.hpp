@@ -41,7 +41,8 @@ struct GameEvent {
   hal::FrameHeader frame;              // shown with it
   std::int32_t order_index = -1;       // of the throw or shot that began it, in its script; -1: a hand's
   std::uint16_t body_index = 0;        // slot in World
-  Vec3d position_world_m, normal_world;
+  std::int32_t other_body_index = -1;  // of a contact, the slot of what was met; -1: a real surface
+  Vec3d position_world_m, normal_world;  // of a throw and a shot: from where, and the direction, unit
   MaterialId body_material = kUnknownMaterial;
   MaterialId material = kUnknownMaterial;  // of the surface, most likely one; of the other body
   float probability = 0;                   // of that material
@@ -129,6 +130,9 @@ class Game {
   };
   struct Surface;
 
+  [[nodiscard]] const contact::DistanceField& aimed_at() const {
+    return view_.seen.sample_fn != nullptr ? view_.seen : room_;
+  }
   [[nodiscard]] const Tag* tag_of(contact::BodyId id) const;
   [[nodiscard]] const contact::BodyState* state_of(contact::BodyId id) const;
   [[nodiscard]] Surface surface_at(const Vec3d& position_world_m, const Vec3d& normal_world) const;

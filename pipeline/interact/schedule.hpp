@@ -17,6 +17,8 @@ struct View {
   T_WorldDepth T_world_depth;
   hal::Intrinsics picture_camera;   // that pixels are aimed in; no distortion
   T_WorldDepth T_world_picture;     // its pose
+  /// The real surfaces that are aimed at, whether or not they stop what is thrown. Without functions: those that do.
+  contact::DistanceField seen{};
 };
 
 /// A ray into the room, unit direction.

@@ -326,6 +326,55 @@ TEST(Game, HandThrowsAndShootsAtOnce) {
   EXPECT_EQ(session.sut.counters().shots, 1U);
 }
 
+TEST(Game, ThrowIsAimedAtWhatIsSeenWhetherItStopsThingsOrNot) {
+  Script script;
+  script.throws.push_back(plate_at_the_middle());
+  script.throws[0].when.at_frame = 1;
+  const auto start = [&](bool is_solid) {  // one world at a time
+    const test::StripedFloor floor(kWood);
+    Session session(kWood, script);
+    if (!is_solid) {
+      contact::DistanceField nothing;
+      nothing.sample_fn = [](const void*, const Vec3f&, map::DistanceSample&) noexcept { return false; };
+      nothing.materials_fn = [](const void*, const Vec3f&, MaterialDistribution&) noexcept { return false; };
+      session.view.seen = floor.field();
+      session.set_field(nothing);
+    }
+    session.run(1);
+    return session.of_kind(GameEventKind::thrown).at(0);
+  };
+  const GameEvent sut = start(false), expected = start(true);
+  EXPECT_EQ(sut.position_world_m, expected.position_world_m);
+  EXPECT_EQ(sut.normal_world, expected.normal_world);
+  EXPECT_EQ(sut.impact_speed_m_per_s, expected.impact_speed_m_per_s);
+  EXPECT_NEAR(sut.normal_world.norm(), 1, 1e-12);
+}
+
+TEST(Game, ContactSaysWhetherABodyOrTheRoomWasMet) {
+  Script script;
+  for (const double height_m : {0.05, 0.4}) {
+    Throw ball;
+    ball.when.at_frame = 1;
+    ball.shape = contact::Shape::sphere(0.05);
+    ball.position_world_m = Vec3d{0.5, height_m, 0};
+    script.throws.push_back(ball);
+  }
+  script.throws[1].velocity_world_m_per_s = {0, -3, 0};
+  Session session(kWood, std::move(script));
+  session.run(10);
+  bool has_met_a_body = false;
+  for (const GameEvent& event : session.of_kind(GameEventKind::contact)) {
+    if (event.other_body_index < 0) {
+      EXPECT_NEAR(event.position_world_m.y, 0, 0.005);
+      continue;
+    }
+    has_met_a_body = true;
+    EXPECT_NE(event.other_body_index, event.body_index);
+    EXPECT_NEAR(event.position_world_m.y, 0.1, 0.01) << "between the two balls";
+  }
+  EXPECT_TRUE(has_met_a_body);
+}
+
 TEST(Game, SameScriptGivesTheSameEvents) {
   const auto play = [] {
     Session session(kGlass, default_script(App::plates, 640, 480));
