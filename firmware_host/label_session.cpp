@@ -3,10 +3,8 @@
 #include <utility>
 #include <vector>
 
-#include "firmware_host/first_pose.hpp"
 #include "firmware_host/progress.hpp"
 #include "firmware_host/run_session.hpp"
-#include "pipeline/contact/materials.hpp"
 
 namespace tactus::firmware {
 
@@ -53,82 +51,69 @@ class LabelSession::DepthTap final : public hal::DepthCamera {
 
 LabelSession::~LabelSession() = default;
 
-rt::Result<std::unique_ptr<LabelSession>> LabelSession::open(const LabelSessionOptions& options,
-                                                             const RunSettings& settings) {
-  std::unique_ptr<LabelSession> session(new LabelSession);
-  auto sensor = open_source(options.source, {options.frames, 0});
-  if (!sensor) return sensor.error();
-  if (auto supported = check_depth_size(options.source, *sensor); !supported) return supported.error();
-  session->sensor_ = std::move(*sensor);
-  hal::Sensor& opened = session->sensor_;
+/// Exact depth in the place of the sensor's where it is asked for, and taps that keep what was read.
+rt::Result<void> LabelSession::wrap(const LabelSessionOptions& options, hal::Sensor& sensor) {
   if (options.has_true_depth) {
-    auto exact = TrueDepth::of(options.source, opened.calibration);
+    auto exact = TrueDepth::of(options.source, sensor.calibration);
     if (!exact) return exact.error();
     if (!exact->is_complete() && !options.has_true_poses)
       return rt::Error{rt::ExitCode::bad_usage,
                        options.source + " knows the exact depth of some frames only, too few to track them."};
-    session->exact_.emplace(std::move(*exact));
-    opened.depth = TrueDepth::camera(std::move(opened.depth), *session->exact_, opened.calibration);
+    exact_.emplace(std::move(*exact));
+    sensor.depth = TrueDepth::camera(std::move(sensor.depth), *exact_, sensor.calibration);
   }
-  if (opened.color) {
-    auto tap = std::make_unique<ColorTap>(std::move(opened.color));
-    session->color_tap_ = tap.get();
-    opened.color = std::move(tap);
+  if (sensor.color) {
+    auto tap = std::make_unique<ColorTap>(std::move(sensor.color));
+    color_tap_ = tap.get();
+    sensor.color = std::move(tap);
   }
-  auto depth_tap = std::make_unique<DepthTap>(std::move(opened.depth));
-  session->depth_tap_ = depth_tap.get();
-  opened.depth = std::move(depth_tap);
+  auto depth_tap = std::make_unique<DepthTap>(std::move(sensor.depth));
+  depth_tap_ = depth_tap.get();
+  sensor.depth = std::move(depth_tap);
+  return {};
+}
 
-  const auto gravity = find_gravity(options.gravity, opened);
-  if (!gravity) return gravity.error();
-  auto labels = choose_labels(options.source, options.model, settings, opened);
-  if (!labels) return labels.error();
-  if (!labels->model && !labels->from_source)
+rt::Result<std::unique_ptr<LabelSession>> LabelSession::open(const LabelSessionOptions& options,
+                                                             const RunSettings& settings) {
+  std::unique_ptr<LabelSession> session(new LabelSession);
+  auto source = open_for_pipeline({options.source, {options.frames, 0}, options.gravity, options.model}, settings,
+                                  [&](hal::Sensor& sensor) { return session->wrap(options, sensor); });
+  if (!source) return source.error();
+  session->source_ = std::move(*source);
+  const LabelChoice& labels = session->source_.labels;
+  if (!labels.model && !labels.from_source)
     return rt::Error{
         rt::ExitCode::bad_usage,
         options.source + ": there are no labels to measure. " +
-            (labels->remark.empty() ? "Name a network with --model FILE.tflite." : labels->remark)};
-  session->labels_ = std::move(*labels);
+            (labels.remark.empty() ? "Name a network with --model FILE.tflite." : labels.remark)};
 
-  PipelineSetup setup;
-  setup.profile = settings.profile;
+  PipelineSetup setup = setup_for(session->source_, settings);
   setup.profile.refines_labels = settings.profile.refines_labels && options.crf.has_value();
   if (options.crf)
     setup.profile.refine = map::RefineConfig::for_cells(setup.profile.refine.crf.points_max, *options.crf);
-  setup.sensor = &opened;
-  setup.T_world_first = level_pose(gravity->direction_depth);
-  setup.model = session->labels_.model ? &session->labels_.model->model : nullptr;
-  setup.class_map = &session->labels_.class_map;
-  setup.labels_from_source = session->labels_.from_source;
   setup.label_rule = options.rule;
-  setup.frames_expected = opened.frames_count;
   setup.collision = contact::Collision::none;  // nothing is thrown: contact has no work
-  setup.materials = contact::default_material_table();
   if (options.has_true_poses) {
-    if (opened.truth.empty())
+    if (session->sensor().truth.empty())
       return rt::Error{rt::ExitCode::bad_usage, options.source + " does not know its true poses."};
-    setup.known_poses = opened.truth;
+    setup.known_poses = session->sensor().truth;
   }
-  if (auto planned = Pipeline::plan(setup, session->plan_); !planned) return planned.error();
-  auto arena = rt::Arena::reserve(session->plan_.arena_bytes());
-  if (!arena) return arena.error();
-  session->arena_.emplace(std::move(*arena));
-  session->plan_.carve(*session->arena_);
-  session->pipeline_ = std::make_unique<Pipeline>();
-  if (auto bound = session->pipeline_->bind(setup, session->plan_); !bound) return bound.error();
-  session->arena_->seal();
+  auto booted = BootedPipeline::boot(setup);
+  if (!booted) return booted.error();
+  session->booted_.emplace(std::move(*booted));
   return session;
 }
 
 rt::Result<void> LabelSession::run(const std::string& what,
                                    const std::function<rt::Result<void>(const ObservedFrame&)>& observe) {
   catch_signals();
+  Pipeline& pipeline = *booted_->pipeline;
   const rt::Clock clock = rt::Clock::monotonic();
-  Progress progress(what, sensor_.frames_count, clock);
+  Progress progress(what, source_.sensor.frames_count, clock);
   std::uint64_t frames_count = 0;
   // Relaxed: the flag carries no data, and a frame more or less before it is seen does not matter.
   while (!interrupted.load(std::memory_order_relaxed)) {
-    const rt::Status captured = pipeline_->capture_round(clock);
+    const rt::Status captured = pipeline.capture_round(clock);
     if (captured == rt::Status::end_of_stream || captured == rt::Status::device_lost) break;
     if (captured != rt::Status::ok) continue;  // rejected by the sensor and counted there
     ObservedFrame frame;
@@ -140,15 +125,15 @@ rt::Result<void> LabelSession::run(const std::string& what,
       frame.color_sequence = color_tap_->header_.sequence;
       frame.rgb = color_tap_->rgb_;
     }
-    const rt::Status tracked = pipeline_->spine_round(clock, rt::kNoDeadline);
-    (void)pipeline_->segment_round(clock);
-    (void)pipeline_->refine_round(clock);
+    const rt::Status tracked = pipeline.spine_round(clock, rt::kNoDeadline);
+    (void)pipeline.segment_round(clock);
+    (void)pipeline.refine_round(clock);
     frame.is_tracked = tracked == rt::Status::ok;
-    frame.T_world_depth = pipeline_->spine().result().T_world_depth;
+    frame.T_world_depth = pipeline.spine().result().T_world_depth;
     if (auto observed = observe(frame); !observed) return observed.error();
     progress.update(++frames_count);
   }
-  pipeline_->finish_labels();
+  pipeline.finish_labels();
   if (interrupted.load(std::memory_order_relaxed))
     return rt::Error{rt::ExitCode::failed, "The measurement was interrupted before its end."};
   return {};

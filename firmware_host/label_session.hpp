@@ -10,13 +10,10 @@
 #include <span>
 #include <string>
 
-#include "firmware_host/open_source.hpp"
-#include "firmware_host/run_labels.hpp"
-#include "firmware_host/run_settings.hpp"
+#include "firmware_host/boot.hpp"
 #include "firmware_host/true_depth.hpp"
 #include "pipeline/label/crf/crf.hpp"
 #include "pipeline/pipeline.hpp"
-#include "rt/arena.hpp"
 
 namespace tactus::firmware {
 
@@ -60,24 +57,23 @@ class LabelSession {
   rt::Result<void> run(const std::string& what,
                        const std::function<rt::Result<void>(const ObservedFrame&)>& observe);
 
-  [[nodiscard]] hal::Sensor& sensor() { return sensor_; }
-  [[nodiscard]] const LabelChoice& labels() const { return labels_; }
-  [[nodiscard]] const Pipeline& pipeline() const { return *pipeline_; }
-  [[nodiscard]] const map::Map& map() const { return pipeline_->spine().map(); }
+  [[nodiscard]] hal::Sensor& sensor() { return source_.sensor; }
+  [[nodiscard]] const LabelChoice& labels() const { return source_.labels; }
+  [[nodiscard]] const Pipeline& pipeline() const { return *booted_->pipeline; }
+  [[nodiscard]] const map::Map& map() const { return pipeline().spine().map(); }
 
  private:
   class ColorTap;
   class DepthTap;
   LabelSession() = default;
 
+  rt::Result<void> wrap(const LabelSessionOptions& options, hal::Sensor& sensor);
+
   std::optional<TrueDepth> exact_;  // read by the sensor's depth camera
-  hal::Sensor sensor_;
-  ColorTap* color_tap_ = nullptr;  // owned by sensor_
+  OpenedSource source_;
+  ColorTap* color_tap_ = nullptr;  // owned by the sensor
   DepthTap* depth_tap_ = nullptr;
-  LabelChoice labels_;
-  rt::MemoryPlan plan_;
-  std::optional<rt::Arena> arena_;
-  std::unique_ptr<Pipeline> pipeline_;
+  std::optional<BootedPipeline> booted_;
 };
 
 }  // namespace tactus::firmware

@@ -13,24 +13,24 @@ constexpr std::size_t kBlockSampleFrames = 1600;  // a thirtieth of a second
 rt::Result<std::unique_ptr<Recorder>> Recorder::create(const RecorderConfig& config) {
   std::unique_ptr<Recorder> recorder(new Recorder);
   recorder->config_ = config;
-  const auto leave_out = [&](const char* what, const rt::Error& why) {
-    recorder->notes_.push_back({Note::Kind::warning, std::string(what) + why.message});
+  const auto leave_out = [&](const std::string& what, const rt::Error& why) {
+    recorder->notes_.push_back({Note::Kind::warning, what + why.message});
   };
-  if (config.has_pictures && !config.folder.empty()) {
+  if (config.has_pictures && !config.movie.empty()) {
     hal::MovieFormat format;
     format.width_px = config.width_px;
     format.height_px = config.height_px;
     format.frame_rate_hz = config.frame_rate_hz;
     format.sound.channels_count = config.has_sound ? 2 : 0;
-    auto movie = hal::MovieWriter::create(config.folder / "video.mp4", format);
+    auto movie = hal::MovieWriter::create(config.movie, format);
     if (!movie && movie.error().code == rt::ExitCode::failed) return movie.error();
     if (movie)
       recorder->movie_.emplace(std::move(*movie));
     else
-      leave_out("No video.mp4: ", movie.error());
+      leave_out("No " + config.movie.filename().string() + ": ", movie.error());
   }
-  if (config.has_sound && !config.folder.empty()) {
-    auto wav = hal::WavFile::create(config.folder / "sound.wav", {kSampleRateHz, 2});
+  if (config.has_sound && !config.sound.empty()) {
+    auto wav = hal::WavFile::create(config.sound, {kSampleRateHz, 2});
     if (!wav) return wav.error();
     recorder->wav_.emplace(std::move(*wav));
   }
@@ -73,7 +73,7 @@ void Recorder::mix_until(std::uint64_t sample_frame, Pipeline& pipeline, rt::Clo
     if (wav_) (void)wav_->write(samples);  // a failure is told at close
     if (movie_) movie_->write_sound(samples);
     if (playback_ && playback_->write(samples) == rt::Status::device_lost) {
-      notes_.push_back({Note::Kind::warning, "The sound device went away; the run went on without it, sound.wav is whole."});
+      notes_.push_back({Note::Kind::warning, "The sound device went away; the run went on without it."});
       playback_.reset();
     }
   }
@@ -103,7 +103,8 @@ rt::Result<void> Recorder::close(Pipeline& pipeline, rt::Clock clock) {
     if (closed) closed = std::move(film);
   }
   if (pictures_left_out_ > 0 && movie_)
-    notes_.push_back({Note::Kind::warning, std::to_string(pictures_left_out_) + " pictures were left out of video.mp4: the "
+    notes_.push_back({Note::Kind::warning, std::to_string(pictures_left_out_) + " pictures were left out of " +
+                                               config_.movie.filename().string() + ": the "
                                                "encoder was not done with those before. Their predecessors stand longer."});
   return closed;
 }

@@ -1,4 +1,4 @@
-// What a session leaves of its pictures and sounds: video.mp4, sound.wav, and the loudspeaker while it runs.
+// What a session leaves of its pictures and sounds: a film, a WAV file, and the loudspeaker while it runs.
 //
 // The present thread offers pictures and never waits: a slot is free or the picture is left out and counted. The record
 // thread encodes and mixes, both of which allocate and write files. Sound follows the pictures: when picture i is taken,
@@ -21,11 +21,11 @@
 namespace tactus::firmware {
 
 struct RecorderConfig {
-  std::filesystem::path folder;  // empty: no files
+  std::filesystem::path movie, sound;  // files; empty: not written
   int width_px = 0, height_px = 0;
   double frame_rate_hz = 30;
-  bool has_pictures = false;     // video.mp4
-  bool has_sound = false;        // sound.wav, and the film's sound
+  bool has_pictures = false;     // somebody draws
+  bool has_sound = false;        // somebody mixes; the film's sound, too
   bool plays = false;            // through the loudspeaker, where there is one
 };
 
