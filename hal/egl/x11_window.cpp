@@ -161,8 +161,15 @@ rt::Result<WindowDisplay> WindowDisplay::create(DisplayFormat format, const Wind
   if (x == nullptr)
     return unavailable(std::string("no X server that lets us in answers at DISPLAY=") + name +
                        "; start the program within a desktop, or run without a window.");
+  // Before it comes here Xlib locks the connection for the calling thread, as the program is to end in it;
+  // another one, which closes the display later, would wait for that lock for ever.
   XSetIOErrorExitHandler(
-      x, [](::Display*, void* is_lost) { *static_cast<bool*>(is_lost) = true; }, &state->is_lost);
+      x,
+      [](::Display* lost, void* is_lost) {
+        *static_cast<bool*>(is_lost) = true;
+        XUnlockDisplay(lost);
+      },
+      &state->is_lost);
   const int screen = DefaultScreen(x);
   auto context =
       Context::create_x11(x, static_cast<int>(XVisualIDFromVisual(DefaultVisual(x, screen))), config.context);

@@ -230,6 +230,31 @@ TEST_F(WindowDisplayTest, ServerThatGoesAwayAtAnyTimeEndsTheDisplayAlone) {
   }
 }
 
+TEST_F(WindowDisplayTest, ServerLostToTheDrawingThreadLetsAnotherThreadCloseTheDisplay) {
+  for (const bool polls : {false, true}) {
+    SCOPED_TRACE(polls);
+    sut_->release();
+    std::thread drawing([&] {
+      EXPECT_EQ(draw(kRed, kGreen), rt::Status::ok);
+      person_.reset();
+      server_->kill();
+      InputEvent event;
+      if (polls) {
+        EXPECT_FALSE(sut_->poll(event));
+      }
+      while (draw(kRed, kGreen) == rt::Status::ok) {
+      }
+      sut_->release();
+    });
+    drawing.join();
+    sut_.reset();
+    server_ = test::XServer::start();
+    ASSERT_TRUE(server_);
+    setenv("DISPLAY", server_->name().c_str(), 1);
+    open({160, 120});
+  }
+}
+
 TEST_F(WindowDisplayTest, WindowDestroyedByAnotherIsDeviceLost) {
   ASSERT_EQ(draw(kRed, kGreen), rt::Status::ok);
   person_->destroy_window();
