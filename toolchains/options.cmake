@@ -116,7 +116,7 @@ function(tactus_test name)
 endfunction()
 
 # tactus_fuzzer(NAME LIBS ... [SOURCES ...] [SEEDS folder]): one libFuzzer binary, by default from NAME.cpp, and a ctest
-# test of label fuzz that runs it for TACTUS_FUZZ_SECONDS (environment, default 60). SEEDS: inputs to start from; what the
+# test of label fuzz that runs it for TACTUS_FUZZ_SECONDS (environment, default 40). SEEDS: inputs to start from; what the
 # fuzzer finds goes to the build folder. Does nothing unless TACTUS_BUILD_FUZZERS is on.
 function(tactus_fuzzer name)
   cmake_parse_arguments(arg "" "SEEDS" "LIBS;SOURCES" ${ARGN})
@@ -137,7 +137,7 @@ function(tactus_fuzzer name)
     get_filename_component(seeds ${arg_SEEDS} ABSOLUTE)
   endif()
   add_test(NAME fuzz.${name}
-           COMMAND sh -c "exec \"$0\" -max_total_time=\"\${TACTUS_FUZZ_SECONDS:-60}\" -timeout=10 -rss_limit_mb=2048 \
+           COMMAND sh -c "exec \"$0\" -max_total_time=\"\${TACTUS_FUZZ_SECONDS:-40}\" -timeout=10 -rss_limit_mb=2048 \
 -print_final_stats=1 -verbosity=0 \"$@\"" $<TARGET_FILE:${name}> ${corpus} ${seeds})
   set_tests_properties(fuzz.${name} PROPERTIES LABELS fuzz TIMEOUT 900)
 endfunction()

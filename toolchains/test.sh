@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Every test, from a clone on Debian 12: installs what is missing, then builds and runs
-#   fuzz     each fuzzer for TACTUS_FUZZ_SECONDS (default 60), one per core at a time
+#   fuzz     each fuzzer for TACTUS_FUZZ_SECONDS (default 40), one per core at a time
 #   asan     the fast tests under AddressSanitizer and UndefinedBehaviorSanitizer
 #   tsan     the tests of everything that threads share, under ThreadSanitizer
 #   aarch64  the smoke tests, cross-built, under qemu
