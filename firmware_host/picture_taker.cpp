@@ -17,6 +17,7 @@ Picture PictureTaker::grab(Pipeline& pipeline, rt::Clock clock, float overlay, c
   Picture picture;
   PictureOptions options;
   options.overlay_alpha = overlay;
+  options.shows = false;
   if (pipeline.render_round(clock, options) != rt::Status::ok) return picture;
   picture.title = title;
   picture.caption = caption;

@@ -630,6 +630,7 @@ rt::Status Pipeline::render_round(rt::Clock clock, const PictureOptions& options
   }
   if (status == rt::Status::ok) status = renderer_->step(inputs);
   if (status == rt::Status::ok && options.reads_back) status = renderer_->read_back(picture_rgb_);
+  if (!options.shows) return status;
   if (setup_.display->present() == rt::Status::device_lost) status = rt::Status::device_lost;
   const rt::HostTime end = clock.now();
   drawing_ = end - begin;  // as long as the next one will take

@@ -102,6 +102,9 @@ struct PictureOptions {
   std::span<const render::TextLine> text;
   std::optional<render::Crosshair> crosshair;
   bool reads_back = true;  // into picture()
+  /// False: for picture() alone, as for a report. The display goes on showing what it showed, and no time is
+  /// counted.
+  bool shows = true;
 };
 
 class Pipeline {
