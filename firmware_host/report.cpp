@@ -19,6 +19,7 @@ rt::Result<std::string> report_html(const RunResult& r) {
   html += "</style></head>\n<body><main>\n";
   html += headline_section(r);
   html += notes_section(r);
+  html += game_section(r);
   html += *pictures;
   html += trajectory_section(r);
   html += latency_section(r);

@@ -56,6 +56,14 @@ std::string hexadecimal(std::uint64_t value) {
   return text.data();
 }
 
+/// The overlay's colour of a material and its name.
+std::string swatch(MaterialId id, const char* name_of_unknown = "unknown") {
+  const Rgb8 c = material_color(id);
+  return "<span class=\"swatch\" style=\"background:rgb(" + std::to_string(c.r) + "," + std::to_string(c.g) +
+         "," + std::to_string(c.b) + ")\"></span>" +
+         (id < kMaterialCount ? std::string(kMaterialNames[id]) : name_of_unknown);
+}
+
 double path_length_m(const std::vector<evaluate::StampedPose>& poses) {
   double sum = 0;
   for (std::size_t i = 1; i < poses.size(); ++i)
@@ -332,11 +340,7 @@ std::string labels_section(const RunResult& r) {
       "<div class=\"scroll\"><table><thead><tr><th>material</th><th class=\"n\">share of the surface</th>"
       "<th></th><th class=\"n\">mean probability</th></tr></thead><tbody>";
   for (const LabelResult& row : rows) {
-    const Rgb8 c = material_color(row.material);
-    const std::string name(row.material < kMaterialCount ? kMaterialNames[row.material]
-                                                         : std::string_view("not labelled yet"));
-    body += "<tr><td class=\"key\"><span class=\"swatch\" style=\"background:rgb(" + std::to_string(c.r) +
-            "," + std::to_string(c.g) + "," + std::to_string(c.b) + ")\"></span>" + name + "</td>" +
+    body += "<tr><td class=\"key\">" + swatch(row.material, "not labelled yet") + "</td>" +
             cell(percent(row.surface_share)) + "<td style=\"width:45%\">" +
             meter(row.surface_share / largest) + "</td>" +
             cell(row.material < kMaterialCount ? readable(row.mean_probability) : "–") + "</tr>";
@@ -347,6 +351,82 @@ std::string labels_section(const RunResult& r) {
           (r.labels.model.empty() ? "no network" : "<code>" + escaped(r.labels.model) + "</code>") +
           "; colours as in the overlay.",
       body + "</tbody></table></div>");
+}
+
+/// What impacts on each material came to, most impacts first.
+std::string outcomes_table(const std::vector<RunEvent>& events) {
+  struct Row {
+    std::uint64_t impacts = 0;
+    std::map<std::string, std::uint64_t> outcomes;
+    double chips = 0, energy_j = 0;
+  };
+  std::map<MaterialId, Row> by_material;
+  std::map<std::string, std::uint64_t> columns;
+  for (const RunEvent& event : events) {
+    if (!event.material || event.outcome.empty()) continue;
+    Row& row = by_material[*event.material];
+    ++row.impacts;
+    ++row.outcomes[event.outcome];
+    ++columns[event.outcome];
+    for (const auto& [name, value] : event.values) {
+      if (name == "chips") row.chips += value;
+      if (name == "energy_j") row.energy_j += value;
+    }
+  }
+  if (by_material.empty()) return {};
+  std::vector<std::pair<MaterialId, Row>> rows(by_material.begin(), by_material.end());
+  std::stable_sort(rows.begin(), rows.end(),
+                   [](const auto& a, const auto& b) { return a.second.impacts > b.second.impacts; });
+  std::string html =
+      "<h3>What impacts came to</h3><div class=\"scroll\"><table><thead><tr><th>surface</th><th "
+      "class=\"n\">impacts</th>";
+  for (const auto& [outcome, count] : columns) html += "<th class=\"n\">" + escaped(outcome) + "</th>";
+  html += "<th class=\"n\">chips</th><th class=\"n\">mean energy, J</th></tr></thead><tbody>";
+  for (const auto& [material, row] : rows) {
+    html += "<tr><td class=\"key\">" + swatch(material) + "</td>" + cell(grouped(row.impacts));
+    for (const auto& [outcome, count] : columns) {
+      const auto found = row.outcomes.find(outcome);
+      html += cell(found == row.outcomes.end() ? "–" : grouped(found->second));
+    }
+    html += cell(grouped(static_cast<std::uint64_t>(row.chips))) +
+            cell(readable(row.energy_j / static_cast<double>(row.impacts))) + "</tr>";
+  }
+  return html + "</tbody></table></div>";
+}
+
+std::string game_section(const RunResult& r) {
+  const GameResult& g = r.game;
+  if (g.throws + g.shots == 0 && r.display.film.empty()) return {};
+  std::string body;
+  if (!r.display.film.empty()) {
+    body += "<figure class=\"film\"><video controls=\"controls\" preload=\"metadata\" src=\"" +
+            escaped(r.display.film) + "\"></video><figcaption><a href=\"" + escaped(r.display.film) + "\">" +
+            escaped(r.display.film) + "</a>, " + plural(r.display.pictures_recorded, "picture", "pictures") +
+            " at " + shortest(r.frame_rate_hz) + " Hz" +
+            (r.display.sound.empty() ? "."
+                                     : "; its sound alone is <a href=\"" + escaped(r.display.sound) + "\">" +
+                                           escaped(r.display.sound) + "</a>.") +
+            "</figcaption></figure>";
+  }
+  body += "<div class=\"tiles inner\">";
+  body += tile("Thrown", grouped(g.throws), "", grouped(g.broken) + " broken");
+  body += tile("Shots", grouped(g.shots), "", grouped(g.misses) + " met nothing");
+  body += tile("Chips and marks", grouped(g.chips), "chips",
+               plural(g.marks, "mark", "marks") + " on real surfaces");
+  body += tile(
+      "Sounds", grouped(g.sounds), "",
+      plural(g.reflections, "reflection", "reflections") + ", " + grouped(g.sounds_left_out) + " left out");
+  if (r.display.camera_to_photon_ms.count > 0)
+    body += tile("Camera to photon, median", readable(r.display.camera_to_photon_ms.p50), "ms",
+                 "p99 " + readable(r.display.camera_to_photon_ms.p99) + " ms, " +
+                     plural(r.display.camera_to_photon_ms.count, "picture", "pictures"));
+  body += "</div>" + outcomes_table(r.events);
+  std::string about;
+  if (g.orders_refused > 0)
+    about += plural(g.orders_refused, "order", "orders") + " refused: no pose, or no room for more things. ";
+  if (g.events_dropped > 0)
+    about += plural(g.events_dropped, "event", "events") + " beyond the plan are not in the list. ";
+  return section("game", "The game", about, body);
 }
 
 std::string events_section(const RunResult& r) {
@@ -367,13 +447,7 @@ std::string events_section(const RunResult& r) {
     std::string text = escaped(event.text);
     for (const auto& [name, value] : event.values)
       text += (text.empty() ? "" : ", ") + escaped(name) + " " + readable(value);
-    std::string material;
-    if (event.material < kMaterialCount) {
-      const Rgb8 c = material_color(event.material);
-      material = "<span class=\"swatch\" style=\"background:rgb(" + std::to_string(c.r) + "," +
-                 std::to_string(c.g) + "," + std::to_string(c.b) + ")\"></span>" +
-                 std::string(kMaterialNames[event.material]);
-    }
+    const std::string material = event.material ? swatch(*event.material) : std::string();
     body += "<tr>" + cell(fixed(static_cast<double>(event.time.ns - origin_ns) * 1e-9, 2) + " s") +
             cell(grouped(event.frame)) + "<td class=\"key\">" + escaped(event.kind) +
             "</td><td class=\"key\">" + material + "</td><td class=\"why\">" + text + "</td></tr>";

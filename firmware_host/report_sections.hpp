@@ -14,6 +14,7 @@ std::string trajectory_section(const RunResult& result);  // from above, from th
 std::string latency_section(const RunResult& result);     // frame over time, stages against their budgets
 std::string memory_section(const RunResult& result);      // planned and used, row by row
 std::string labels_section(const RunResult& result);      // materials by share of the surface
+std::string game_section(const RunResult& result);        // film, counters, outcomes by material
 std::string events_section(const RunResult& result);      // contacts, breaks, losses
 std::string provenance_section(const RunResult& result);  // machine, date, command, revision, hashes
 

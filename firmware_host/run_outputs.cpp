@@ -28,6 +28,7 @@ LatencySummary summary_of(const rt::Histogram& histogram) {
   s.p50 = histogram.percentile(0.50).milliseconds();
   s.p99 = histogram.percentile(0.99).milliseconds();
   s.max = histogram.max().milliseconds();
+  s.mean = histogram.sum().milliseconds() / static_cast<double>(s.count);
   return s;
 }
 
@@ -126,6 +127,7 @@ RunEvent run_event(const interact::GameEvent& game) {
   event.kind = interact::kGameEventNames[static_cast<std::size_t>(game.kind)];
   event.position_world_m = game.position_world_m;
   if (game.order_index >= 0) event.values.emplace_back("order", game.order_index);
+  if (game.kind != interact::GameEventKind::shot) event.body_material = game.body_material;
   switch (game.kind) {
     case interact::GameEventKind::thrown:
       event.text = material_text(game.body_material) + " is thrown";
@@ -140,8 +142,9 @@ RunEvent run_event(const interact::GameEvent& game) {
     case interact::GameEventKind::broke: event.values.emplace_back("body", game.body_index); break;
     case interact::GameEventKind::hit: break;
   }
-  event.text = material_text(game.body_material) + " on " + material_text(game.material) + ": " +
-               std::string(contact::kOutcomeNames[static_cast<std::size_t>(game.outcome)]);
+  event.outcome = contact::kOutcomeNames[static_cast<std::size_t>(game.outcome)];
+  event.text =
+      material_text(game.body_material) + " on " + material_text(game.material) + ": " + event.outcome;
   event.material = game.material;
   event.values.emplace_back("probability", static_cast<double>(game.probability));
   event.values.emplace_back("impulse_n_s", game.impulse_n_s);
@@ -180,6 +183,8 @@ constexpr double kOverlayDepthM = 2;
 void add_display(RunResult& result, const RunFacts& facts, const Pipeline& pipeline, const hal::Sensor& sensor) {
   DisplayResult& display = result.display;
   display.pictures_recorded = facts.pictures_recorded;
+  display.film = facts.film;
+  display.sound = facts.sound;
   display.camera_to_photon_ms = summary_of(pipeline.photon_latency());
   std::vector<evaluate::StampedPose> predicted;
   for (const TrackedPose& pose : pipeline.predictions()) predicted.push_back({pose.time, pose.T_world_depth});
@@ -254,7 +259,7 @@ std::string headline(const RunResult& r, const std::filesystem::path& folder) {
       line.data(), line.size(),
       "%llu frames: %llu tracked, %llu lost, %llu dropped; frame %.1f ms (p50) %.1f ms (p99); map %llu of "
       "%llu "
-      "blocks; %llu keyframes labelled; %zu contacts; %llu heap calls after seal.\n",
+      "blocks; %llu keyframes labelled; %zu events; %llu heap calls after seal.\n",
       static_cast<unsigned long long>(r.frames.in), static_cast<unsigned long long>(r.frames.tracked),
       static_cast<unsigned long long>(r.frames.lost), static_cast<unsigned long long>(r.frames.dropped),
       r.frame_latency_ms.p50, r.frame_latency_ms.p99, static_cast<unsigned long long>(r.map.blocks_used),

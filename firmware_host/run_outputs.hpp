@@ -26,6 +26,7 @@ struct RunFacts {
   std::vector<Picture> pictures;
   std::vector<Note> notes;
   std::uint64_t pictures_recorded = 0;  // in video.mp4
+  std::string film = {}, sound = {};    // file names in the folder; empty: not written
 };
 
 class RunOutputs {

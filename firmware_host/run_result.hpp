@@ -82,9 +82,11 @@ struct RunEvent {
   std::uint64_t frame = 0;
   std::string kind;
   std::string text;  // for people; may be empty
-  MaterialId material = kUnknownMaterial;
+  std::optional<MaterialId> material;  // of what was touched; unset: nothing was
   std::optional<Vec3d> position_world_m;
   std::vector<std::pair<std::string, double>> values;  // further numbers, unit last in the name: "impulse_ns"
+  std::optional<MaterialId> body_material = {};        // of the thing that touched it
+  std::string outcome = {};                            // what people see of it; empty: nothing was touched
 };
 
 struct Note {
@@ -103,6 +105,7 @@ struct GameResult {
 /// How the pictures fit the room. Predicted: one frame ahead, from the poses until then.
 struct DisplayResult {
   std::uint64_t pictures_recorded = 0;  // in video.mp4
+  std::string film, sound;              // files beside the report; empty: not written
   LatencySummary camera_to_photon_ms;   // count 0: nothing was drawn
   evaluate::OverlayError predicted_to_tracked, predicted_to_truth, tracked_to_truth;  // poses_count 0: unknown
 };

@@ -190,7 +190,9 @@ rt::Result<void> write_summary(const std::filesystem::path& file, const RunResul
 std::string event_line(const RunEvent& event) {
   json j = {{"time_s", event.time.seconds()}, {"frame", event.frame}, {"kind", event.kind}};
   if (!event.text.empty()) j["text"] = event.text;
-  if (event.material != kUnknownMaterial) j["material"] = material_name(event.material);
+  if (event.material) j["material"] = material_name(*event.material);
+  if (event.body_material) j["body_material"] = material_name(*event.body_material);
+  if (!event.outcome.empty()) j["outcome"] = event.outcome;
   if (event.position_world_m) {
     const Vec3d& p = *event.position_world_m;
     j["position_world_m"] = {p.x, p.y, p.z};

@@ -157,7 +157,7 @@ RunResult sample_run() {
   r.accuracy = *evaluate::evaluate_trajectory(r.trajectory, r.truth);
   r.surface_error_mean_m = 0.00082;
 
-  r.events = {{{1'400'000'000}, 12, "shot", "ball of 3 cm", kUnknownMaterial, {{0.1, 0.2, -0.3}}, {}},
+  r.events = {{{1'400'000'000}, 12, "shot", "ball of 3 cm", std::nullopt, {{0.1, 0.2, -0.3}}, {}},
               {{1'900'000'000},
                27,
                "contact",
@@ -172,12 +172,12 @@ RunResult sample_run() {
                22,
                {{0.5, -0.9, -1.1}},
                {{"speed_m_s", 2.6}, {"impulse_ns", 0.08}}},
-              {{5'700'000'000}, kLostFrom, "lost", "no pose explains the frame", kUnknownMaterial, {}, {}},
+              {{5'700'000'000}, kLostFrom, "lost", "no pose explains the frame", std::nullopt, {}, {}},
               {{5'866'666'000},
                kLostUntil,
                "relocalised",
                "keyframe 9, 4.1 mm from its prediction",
-               kUnknownMaterial,
+               std::nullopt,
                {},
                {}},
               {{7'100'000'000}, 183, "break", "12 chips", 6, {{-0.9, 0.4, -2.0}}, {{"speed_m_s", 6.8}}}};

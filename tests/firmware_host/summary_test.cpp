@@ -120,6 +120,18 @@ TEST(Events, OneJsonObjectPerLine) {
   EXPECT_FALSE(events[3].contains("material"));
 }
 
+TEST(Events, SurfaceThatNoLabelIsKnownOfIsSaidToBeUnknown) {
+  RunEvent event;
+  event.kind = "break";
+  event.material = kUnknownMaterial;
+  event.body_material = material_from_name("ceramic");
+  event.outcome = "broke";
+  const json j = json::parse(event_line(event));
+  EXPECT_EQ(j["material"], "unknown");
+  EXPECT_EQ(j["body_material"], "ceramic");
+  EXPECT_EQ(j["outcome"], "broke");
+}
+
 TEST(Events, TextCannotBreakTheLine) {
   RunEvent event;
   event.kind = "note";
