@@ -112,8 +112,8 @@ PictureOptions Hand::picture(const Pipeline& pipeline) {
   PictureOptions options;
   options.overlay_alpha = has_overlay_ ? kOverlay : 0;
   options.text = lines_;
-  options.crosshair = render::Crosshair{static_cast<int>(aim_px_[0]), static_cast<int>(aim_px_[1]), kTextColor};
-  options.predicts_pose = true;
+  options.crosshair =
+      render::Crosshair{static_cast<int>(aim_px_[0]), static_cast<int>(aim_px_[1]), kTextColor};
   return options;
 }
 

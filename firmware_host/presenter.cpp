@@ -14,14 +14,20 @@ void Presenter::begin_round(Pipeline& pipeline) {
 }
 
 void Presenter::draw(Pipeline& pipeline, rt::Clock clock) {
-  const rt::Status status = pipeline.render_round(clock, hand_ ? hand_->picture(pipeline) : PictureOptions{});
+  PictureOptions options;
+  if (hand_) options = hand_->picture(pipeline);
+  options.predicts_pose = parts_.is_seen;
+  const rt::Status status = pipeline.render_round(clock, options);
   if (status == rt::Status::device_lost) {
     is_lost_ = true;
     notes_.push_back({Note::Kind::warning, "The display went away after " + std::to_string(pictures_drawn_) +
-                                               " pictures; the run went on without it."});
+                                               " pictures; the run went on without it" +
+                                               (parts_.recorder != nullptr && parts_.recorder->has_pictures()
+                                                    ? ", and video.mp4 stands still from there."
+                                                    : ".")});
     return;
   }
-  ++pictures_drawn_;
+  if (status == rt::Status::ok) ++pictures_drawn_;
 }
 
 void Presenter::end_round(Pipeline& pipeline, rt::Clock clock, std::uint64_t frame_number) {

@@ -17,7 +17,8 @@ struct PresenterParts {
   hal::InputSource* input = nullptr;     // of a window
   Recorder* recorder = nullptr;
   PictureTaker* pictures = nullptr;      // of the report
-  bool draws_every_frame = false;        // for a window or a film; else only what the report takes
+  bool draws_every_frame = false;        // for a screen or a film; else only what the report takes
+  bool is_seen = false;  // on a screen, by somebody: pictures are drawn for when they will be seen
   interact::App app = interact::App::none;
   double frame_rate_hz = 30;
 };

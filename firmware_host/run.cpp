@@ -33,7 +33,9 @@ rt::Result<std::string> run(const RunOptions& options) {
                  (*session)->wall_s(),
                  std::move((*session)->pictures()),
                  std::move((*session)->notes()),
-                 (*session)->pictures_recorded()};
+                 (*session)->pictures_recorded(),
+                 (*session)->film_name(),
+                 (*session)->sound_name()};
   auto written = outputs->write(facts, (*session)->pipeline(), (*session)->source().sensor);
   // A film that failed does not keep the rest from being written.
   if (written && !(*session)->recorded()) return (*session)->recorded().error();

@@ -21,7 +21,10 @@ extern "C" void on_signal(int) { interrupted.store(true, std::memory_order_relax
 std::atomic<bool> interrupted{false};
 
 void catch_signals() {
+  interrupted.store(false, std::memory_order_relaxed);
   struct sigaction action {};
+  action.sa_handler = SIG_IGN;
+  sigaction(SIGXFSZ, &action, nullptr);
   action.sa_handler = on_signal;
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);

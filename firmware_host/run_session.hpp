@@ -13,6 +13,9 @@ namespace tactus::firmware {
 
 /// Set by SIGINT and SIGTERM: the session ends after the frame at hand.
 extern std::atomic<bool> interrupted;
+/// Boot, before files are written: from here on these signals end the session, not the program, and a file
+/// that grows beyond what the system allows is a write that fails. Forgets an interruption of a session
+/// before.
 void catch_signals();
 
 /// One thread, fixed order, nothing dropped; virtual time advances by the sensor's frame interval. Returns

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <utility>
 
 #include "firmware_host/presenter.hpp"
@@ -19,14 +20,28 @@ Enum choice(const std::array<std::string_view, kCount>& names, const std::string
   return static_cast<Enum>(std::find(names.begin(), names.end(), name) - names.begin());
 }
 
+bool has_window_system() {
+  const char* name = std::getenv("DISPLAY");
+  return name != nullptr && *name != '\0';
+}
+
 }  // namespace
 
 interact::App app_of(const RunOptions& options) { return choice<interact::App>(kAppNames, options.app); }
 
-/// A window that was asked for and cannot be had is an error; pictures that cannot be drawn are a warning.
+/// A window or, without a window system, the whole screen that was asked for and cannot be had is an error; pictures that
+/// cannot be drawn are a warning.
 rt::Result<void> Session::open_screen(const hal::Intrinsics& camera) {
   const hal::DisplayFormat format{camera.width, camera.height};
-  if (request_.options.display == "window") {
+  if (request_.options.display == "window" && !has_window_system()) {
+    auto whole = hal::egl::KmsDisplay::create(format);
+    if (!whole)
+      return rt::Error{whole.error().code,
+                       "no window can be opened, as DISPLAY is not set, and " + whole.error().message};
+    display_ = &whole_screen_.emplace(std::move(*whole));
+    notes_.push_back({Note::Kind::note,
+                      "DISPLAY is not set, so pictures were shown on the whole screen; Ctrl-C ends such a run."});
+  } else if (request_.options.display == "window") {
     auto window = hal::egl::WindowDisplay::create(format);
     if (!window) return window.error();
     display_ = &window_.emplace(std::move(*window));
@@ -42,7 +57,7 @@ rt::Result<void> Session::open_screen(const hal::Intrinsics& camera) {
 
 /// A film has its sound; a window is heard, too.
 void Session::open_mixer() {
-  if (request_.sound.empty() && !window_) return;
+  if (request_.sound.empty() && !is_seen()) return;
   auto created = hal::openal::LoopbackMixer::create();
   if (!created) {
     notes_.push_back({Note::Kind::warning, "No sound: " + created.error().message});
@@ -53,6 +68,7 @@ void Session::open_mixer() {
 }
 
 rt::Result<std::unique_ptr<Session>> Session::open(SessionRequest request) {
+  catch_signals();
   std::unique_ptr<Session> session(new Session);
   session->request_ = std::move(request);
   const RunOptions& options = session->request_.options;
@@ -98,7 +114,7 @@ rt::Result<std::unique_ptr<Session>> Session::open(SessionRequest request) {
 
 rt::Result<void> Session::make_recorder() {
   const bool has_files = !request_.movie.empty() || !request_.sound.empty();
-  if (!has_files && !window_) return {};
+  if (!has_files && !is_seen()) return {};
   RecorderConfig config;
   config.movie = request_.movie;
   config.sound = request_.sound;
@@ -107,7 +123,7 @@ rt::Result<void> Session::make_recorder() {
   config.frame_rate_hz = source_.sensor.frame_rate_hz;
   config.has_pictures = display_ != nullptr;
   config.has_sound = mixer_.has_value();
-  config.plays = window_.has_value();
+  config.plays = is_seen();
   auto created = Recorder::create(config);
   if (!created) return created.error();
   recorder_ = std::move(*created);
@@ -118,14 +134,14 @@ rt::Result<void> Session::play() {
   if (auto made = make_recorder(); !made) return made.error();
   Pipeline& pipeline = *booted_->pipeline;
   const hal::Sensor& sensor = source_.sensor;
-  catch_signals();
   PictureTaker pictures(sensor.frames_count);
   PresenterParts parts;
   parts.display = display_;
   parts.input = window_ ? &*window_ : nullptr;
   parts.recorder = recorder_.get();
   parts.pictures = display_ != nullptr && request_.takes_pictures ? &pictures : nullptr;
-  parts.draws_every_frame = window_.has_value() || has_film();
+  parts.is_seen = is_seen();
+  parts.draws_every_frame = is_seen() || has_film();
   parts.app = app_of(request_.options);
   parts.frame_rate_hz = sensor.frame_rate_hz;
   Presenter presenter(parts);
@@ -142,6 +158,7 @@ rt::Result<void> Session::play() {
   if (recorder_ != nullptr) {
     recorded_ = recorder_->close(pipeline, rt::Clock::monotonic());
     notes_.insert(notes_.end(), recorder_->notes().begin(), recorder_->notes().end());
+    if (!recorded_) notes_.push_back({Note::Kind::warning, recorded_.error().message});
   }
   notes_.insert(notes_.end(), presenter.notes().begin(), presenter.notes().end());
   if (parts.pictures != nullptr) pictures_ = pictures.take();

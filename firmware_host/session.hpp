@@ -12,6 +12,7 @@
 #include "firmware_host/recorder.hpp"
 #include "firmware_host/run_result.hpp"
 #include "firmware_host/run_settings.hpp"
+#include "hal/egl/kms_display.hpp"
 #include "hal/egl/offscreen.hpp"
 #include "hal/egl/x11_window.hpp"
 #include "hal/openal/loopback_mixer.hpp"
@@ -47,6 +48,13 @@ class Session {
   [[nodiscard]] std::uint64_t pictures_recorded() const { return recorder_ ? recorder_->pictures_written() : 0; }
   /// Whether the film has pictures; without, notes() says why.
   [[nodiscard]] bool has_film() const { return recorder_ && recorder_->has_pictures(); }
+  /// Files of the film and of its sound that are whole; empty where there are none.
+  [[nodiscard]] std::string film_name() const {
+    return has_film() && recorded_ ? request_.movie.filename().string() : std::string();
+  }
+  [[nodiscard]] std::string sound_name() const {
+    return mixer_ && recorded_ ? request_.sound.filename().string() : std::string();
+  }
   [[nodiscard]] double wall_s() const { return wall_s_; }
   [[nodiscard]] std::vector<Note>& notes() { return notes_; }
   [[nodiscard]] std::vector<Picture>& pictures() { return pictures_; }
@@ -59,6 +67,7 @@ class Session {
 
  private:
   Session() = default;
+  [[nodiscard]] bool is_seen() const { return window_ || whole_screen_; }
   rt::Result<void> open_screen(const hal::Intrinsics& camera);
   void open_mixer();
   rt::Result<void> make_recorder();
@@ -68,8 +77,9 @@ class Session {
   OpenedSource source_;
   std::optional<hal::egl::OffscreenDisplay> offscreen_;
   std::optional<hal::egl::WindowDisplay> window_;
+  std::optional<hal::egl::KmsDisplay> whole_screen_;  // without a window system; nobody gives orders there
   std::optional<hal::openal::LoopbackMixer> mixer_;
-  hal::Display* display_ = nullptr;  // one of the two, or none
+  hal::Display* display_ = nullptr;  // one of the three, or none
   hal::Intrinsics camera_;           // of the pictures
   std::optional<BootedPipeline> booted_;
   std::unique_ptr<Recorder> recorder_;
