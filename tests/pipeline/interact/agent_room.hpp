@@ -69,6 +69,11 @@ class BoxRoom {
     scene.sample_fn = [](const void* self, const Vec3f& p, map::DistanceSample& out) noexcept {
       return static_cast<const BoxRoom*>(self)->sample(p.cast<double>(), out);
     };
+    scene.materials_fn = [](const void* self, const Vec3f& p, MaterialDistribution& out) noexcept {
+      const auto& room = *static_cast<const BoxRoom*>(self);
+      out = room.materials(p.cast<double>());
+      return room.is_labelled;
+    };
     return scene;
   }
 
