@@ -120,6 +120,11 @@ std::string material_text(MaterialId id) {
   return id < kMaterialCount ? std::string(kMaterialNames[id]) : std::string("unknown");
 }
 
+std::string walk_text(interact::AgentState state) {
+  if (state == interact::AgentState::arrived) return "arrives";
+  return state == interact::AgentState::stuck ? "finds no way" : "is put down";
+}
+
 RunEvent run_event(const interact::GameEvent& game) {
   RunEvent event;
   event.time = game.frame.time;
@@ -137,6 +142,12 @@ RunEvent run_event(const interact::GameEvent& game) {
     case interact::GameEventKind::shot:
       event.text = "a shot";
       event.values.emplace_back("energy_j", game.energy_j);
+      return event;
+    case interact::GameEventKind::walk:
+      event.text = "a walker " + walk_text(game.walker_state) + " on " + material_text(game.material);
+      event.material = game.material;
+      event.values.emplace_back("probability", static_cast<double>(game.probability));
+      event.values.emplace_back("walked_m", game.walked_m);
       return event;
     case interact::GameEventKind::contact:
     case interact::GameEventKind::broke: event.values.emplace_back("body", game.body_index); break;
@@ -171,6 +182,11 @@ void add_events(RunResult& result, const Pipeline& pipeline) {
   game.marks = counters.marks;
   game.orders_refused = counters.orders_refused;
   game.events_dropped = counters.events_dropped;
+  const interact::Walkers& walkers = pipeline.game().walkers();
+  game.walkers = walkers.counters().placed;
+  game.goals_reached = walkers.counters().arrivals;
+  game.stuck = walkers.counters().stuck;
+  game.walked_m = walkers.walked_m();
   const sound::SoundCounts& sounds = pipeline.sound().counts();
   game.sounds = sounds.sounds;
   game.reflections = sounds.reflections;

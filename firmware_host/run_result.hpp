@@ -99,6 +99,8 @@ struct Note {
 struct GameResult {
   std::uint64_t throws = 0, shots = 0, misses = 0, broken = 0, chips = 0, marks = 0;
   std::uint64_t orders_refused = 0, events_dropped = 0;
+  std::uint64_t walkers = 0, goals_reached = 0, stuck = 0;  // walkers that were put down; goals without a way
+  double walked_m = 0;                                      // of all together
   std::uint64_t sounds = 0, reflections = 0, sounds_left_out = 0;
 };
 

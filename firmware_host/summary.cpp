@@ -106,6 +106,10 @@ json game_json(const GameResult& g) {
           {"marks", g.marks},
           {"orders_refused", g.orders_refused},
           {"events_dropped", g.events_dropped},
+          {"walkers", g.walkers},
+          {"goals_reached", g.goals_reached},
+          {"stuck", g.stuck},
+          {"walked_m", g.walked_m},
           {"sounds", g.sounds},
           {"reflections", g.reflections},
           {"sounds_left_out", g.sounds_left_out}};

@@ -72,7 +72,7 @@ void plan_memory(const Profile& profile, const hal::RigCalibration& rig, const P
   plan.add(row("contact", {{"bodies and ODE", 1}}, contact::World::bytes_needed(world_config(profile)), "contact",
                "ODE's heap and step memory, fenced in"));
   plan.add(row("interact", {{"games", 1}}, interact::Game::bytes_needed(game_config(profile)), "present",
-               "hulls of pieces and chips, a tag a body, events, marks, sound cues"));
+               "hulls of pieces and chips, a tag a body, events, marks, sound cues; grids and searches of two walkers"));
   if (options.has_sound)
     plan.add(row("sound", {{"clips", 1}}, sound::SoundStage::bytes_needed({}), "sound",
                  "clips of impacts of up to a second; OpenAL's own memory cannot be fenced in"));

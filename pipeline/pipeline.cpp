@@ -96,7 +96,9 @@ rt::Result<void> Pipeline::bind(const PipelineSetup& setup, rt::MemoryPlan& plan
   room_.bind(reader_, setup.collision);
   if (auto bound = world_.bind(plan.take("contact"), world_config(setup.profile), room_.field(), setup.materials); !bound)
     return bound.error();
-  if (auto bound = game_.bind(plan.take("interact"), game_config(setup.profile), setup.script, setup.materials); !bound)
+  if (auto bound = game_.bind(plan.take("interact"), game_config(setup.profile), setup.script, setup.materials,
+                             room_.field());
+      !bound)
     return bound.error();
   if (setup.mixer != nullptr) sound_.bind(plan.take("sound"), {}, setup.materials, contact::field_of(sound_reader_));
 
@@ -549,9 +551,7 @@ rt::Status Pipeline::contact_round(rt::Clock clock, rt::Duration duration) noexc
     const FrameVerdict& verdict = verdicts_[view_.id().slot()];
     const hal::RigCalibration& rig = setup_.sensor->calibration;
     const interact::View view{verdict.T_world_depth, picture_camera_, picture_pose(verdict.T_world_depth, rig), room_.seen()};
-    constexpr Vec3d kGravity{0, -9.81, 0};  // the world's y is up
-    const rt::Status status = game_.step(view, verdict.status == rt::Status::ok, view_->header, duration, kGravity,
-                                         room_.field(), world_);
+    const rt::Status status = game_.step(view, verdict.status == rt::Status::ok, view_->header, duration, world_);
     for (const interact::SoundCue& cue : game_.cues())
       if (!to_sound_in_->try_push(cue)) ++counts_.cues_dropped;
     return status;

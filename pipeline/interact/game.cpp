@@ -78,11 +78,11 @@ struct Game::Surface {
 std::size_t Game::bytes_needed(const GameConfig& config) {
   return ThingCatalogue::bytes_needed() + rt::bytes_of<Tag>(config.bodies_capacity) +
          rt::bytes_of<GameEvent>(config.events_capacity) + rt::bytes_of<Mark>(config.marks_capacity) +
-         rt::bytes_of<SoundCue>(config.cues_capacity);
+         rt::bytes_of<SoundCue>(config.cues_capacity) + Walkers::bytes_needed();
 }
 
 rt::Result<void> Game::bind(rt::Slice slice, const GameConfig& config, Script script,
-                            const contact::MaterialTable& materials) {
+                            const contact::MaterialTable& materials, const contact::DistanceField& room) {
   TACTUS_ASSERT(events_.empty());
   config_ = config;
   materials_ = materials;
@@ -91,6 +91,8 @@ rt::Result<void> Game::bind(rt::Slice slice, const GameConfig& config, Script sc
   events_ = slice.take<GameEvent>(config.events_capacity);
   marks_ = slice.take<Mark>(config.marks_capacity);
   cues_ = slice.take<SoundCue>(config.cues_capacity);
+  room_ = room;
+  walkers_.bind(slice, script.walkers, room, config.gravity_world_m_per_s2);
   schedule_ = Schedule(std::move(script));
   return {};
 }
@@ -123,10 +125,8 @@ Game::Surface Game::surface_at(const Vec3d& position, const Vec3d& normal) const
 }
 
 rt::Status Game::step(const View& view, bool is_tracked, const hal::FrameHeader& frame, rt::Duration duration,
-                      const Vec3d& gravity, const contact::DistanceField& room, contact::World& world) noexcept {
+                      contact::World& world) noexcept {
   frame_ = frame;
-  gravity_ = gravity;
-  room_ = room;
   world_ = &world;
   cues_count_ = 0;
   in_round_ = {};
@@ -137,7 +137,8 @@ rt::Status Game::step(const View& view, bool is_tracked, const hal::FrameHeader&
     view_ = view;
     has_view_ = true;
     std::array<DueThrow, 8> throws;
-    const std::size_t throws_count = schedule_.due_throws(frames_, since_tracking_, view, gravity, aimed_at(), throws);
+    const std::size_t throws_count =
+        schedule_.due_throws(frames_, since_tracking_, view, config_.gravity_world_m_per_s2, aimed_at(), throws);
     for (const DueThrow& due : std::span(throws).first(throws_count))
       (void)launch(schedule_.throw_at(due.index), due.start, static_cast<std::int32_t>(due.index));  // counted there
     std::array<std::size_t, 8> shots;
@@ -157,8 +158,29 @@ rt::Status Game::step(const View& view, bool is_tracked, const hal::FrameHeader&
     for (const contact::ContactEvent& impact : std::span(impacts).first(sink.count)) react(impact);
     left = left - part;
   }
+  if (is_tracked) walk(duration);
   time_ = time_ + duration;
   return status;
+}
+
+void Game::walk(rt::Duration duration) noexcept {
+  std::array<WalkerNews, 2 * kWalkersMax> news;
+  const std::size_t count = walkers_.step(frames_, since_tracking_, duration, view_, world_->bodies(), news);
+  for (const WalkerNews& one : std::span(news).first(count)) {
+    const Agent& agent = walkers_.agents()[one.index];
+    const AgentPose& pose = agent.pose();
+    GameEvent event;
+    event.kind = GameEventKind::walk;
+    event.order_index = static_cast<std::int32_t>(one.index);
+    event.walker_state = one.state;
+    event.walked_m = pose.walked_m;
+    event.position_world_m = pose.position_world_m;
+    event.normal_world = pose.heading_world;
+    const Surface ground = surface_at(pose.position_world_m, agent.frame().up);
+    event.material = ground.material;
+    event.probability = ground.probability;
+    log(event);
+  }
 }
 
 bool Game::spawn(const contact::BodySpec& spec, const Tag& tag, contact::BodyId& id) noexcept {
@@ -202,7 +224,7 @@ rt::Status Game::throw_now(const Throw& what, contact::World& world) noexcept {
     return rt::Status::lost;
   }
   world_ = &world;
-  const auto start = start_of(what, view_, gravity_, aimed_at());
+  const auto start = start_of(what, view_, config_.gravity_world_m_per_s2, aimed_at());
   if (start) return launch(what, *start, -1);
   ++counters_.orders_refused;
   return rt::Status::lost;
@@ -232,7 +254,7 @@ rt::Status Game::launch(const Throw& what, const Start& start, std::int32_t orde
   if (!is_plain) {
     spec.mass_kg = thing.build.volume_m3 * materials_.of(thing.material).density_kg_per_m3;
     // A plate flies flat, a little raised in front, and spins about its axis as it leaves a hand; a cup stands up.
-    const Vec3d up = -gravity_.normalized();
+    const Vec3d up = -config_.gravity_world_m_per_s2.normalized();
     const Vec3d forward = view_.T_world_picture.rotation * Vec3d{0, 0, 1};
     const Vec3d axis = what.thing == ThingKind::plate ? (up - forward * 0.35).normalized() : up;
     spec.q_world_body = from_z(axis == Vec3d{} ? Vec3d{0, 1, 0} : axis);

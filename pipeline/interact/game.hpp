@@ -1,14 +1,14 @@
 // The games stage: throws and shoots what a script or a hand asks for, and makes of each impact what its materials say:
-// things break into pieces, bullets leave marks, chips fly.
+// things break into pieces, bullets leave marks, chips fly. And the script's walkers go about in between (walkers.hpp).
 //
 //   inputs    the newest frame's view, the room (distance, materials, rays), orders of a hand, a duration
-//   outputs   events, marks on surfaces, sound cues; bodies in contact::World
+//   outputs   events, marks on surfaces, sound cues, walkers; bodies in contact::World
 //   budget    with the physics below 2 ms a round; a round that breaks four plates 0.2 ms more than one that breaks none
-//   memory    one planned slice: things with their pieces, a tag a body, marks, events, cues
+//   memory    one planned slice: things with their pieces, a tag a body, marks, events, cues, walkers
 //   late      time is the caller's; nothing is caught up here
 //   full      no slot for a new body: the oldest debris goes first, then the order is refused and counted; the oldest mark
 //             gives way to the newest; events and cues beyond the plan are counted
-//   lost      without a pose nothing is thrown or shot; what flies goes on flying
+//   lost      without a pose nothing is thrown or shot and walkers stand; what flies goes on flying
 #pragma once
 
 #include <cstdint>
@@ -20,6 +20,7 @@
 #include "pipeline/interact/dice.hpp"
 #include "pipeline/interact/schedule.hpp"
 #include "pipeline/interact/things.hpp"
+#include "pipeline/interact/walkers.hpp"
 #include "rt/slice.hpp"
 #include "rt/status.hpp"
 
@@ -30,16 +31,17 @@ struct GameConfig {
   std::size_t events_capacity = 1024;
   std::size_t marks_capacity = 128;
   std::size_t cues_capacity = 64;  // of one round
+  Vec3d gravity_world_m_per_s2{0, -9.81, 0};
 };
 
-enum class GameEventKind : std::uint8_t { thrown, shot, contact, broke, hit };
-inline constexpr std::array<std::string_view, 5> kGameEventNames = {"throw", "shot", "contact", "break", "hit"};
+enum class GameEventKind : std::uint8_t { thrown, shot, contact, broke, hit, walk };
+inline constexpr std::array<std::string_view, 6> kGameEventNames = {"throw", "shot", "contact", "break", "hit", "walk"};
 
 /// Something that happened. Debris makes none, but for what tore it off.
 struct GameEvent {
   GameEventKind kind = GameEventKind::contact;
   hal::FrameHeader frame;              // shown with it
-  std::int32_t order_index = -1;       // of the throw or shot that began it, in its script; -1: a hand's
+  std::int32_t order_index = -1;       // of the throw, shot or walker that began it, in its script; -1: a hand's
   std::uint16_t body_index = 0;        // slot in World
   std::int32_t other_body_index = -1;  // of a contact, the slot of what was met; -1: a real surface
   Vec3d position_world_m, normal_world;  // of a throw and a shot: from where, and the direction, unit
@@ -51,6 +53,9 @@ struct GameEvent {
   std::int32_t chips_count = 0;
   double chips_mass_kg = 0, chips_speed_m_per_s = 0;  // all together; their mean
   std::int32_t mark_index = -1;                       // counts up from 0 over the session; -1: none
+  // Of a walker; `material` is that of the ground it stands on, the normal is its heading.
+  AgentState walker_state = AgentState::waiting;      // waiting: it was put down
+  double walked_m = 0;
 };
 
 /// A mark on a real surface.
@@ -94,14 +99,15 @@ class Game {
   Game& operator=(const Game&) = delete;
 
   static std::size_t bytes_needed(const GameConfig& config);
-  /// Boot. The table is copied.
-  rt::Result<void> bind(rt::Slice slice, const GameConfig& config, Script script, const contact::MaterialTable& materials);
+  /// Boot. The table is copied; the room's context outlives the game.
+  rt::Result<void> bind(rt::Slice slice, const GameConfig& config, Script script, const contact::MaterialTable& materials,
+                        const contact::DistanceField& room);
 
   /// One round: what is due is thrown and shot, the world goes on by `duration` in single steps, each step's impacts are
   /// dealt with before the next. `is_tracked`: the view can be believed. Cues of the round before are gone. Step; no heap.
   /// ok | full (World's work memory).
   rt::Status step(const View& view, bool is_tracked, const hal::FrameHeader& frame, rt::Duration duration,
-                  const Vec3d& gravity_world_m_per_s2, const contact::DistanceField& room, contact::World& world) noexcept;
+                  contact::World& world) noexcept;
 
   /// A hand's order, done at once; `when` is not looked at. ok | full | lost (no pose yet). Step.
   rt::Status throw_now(const Throw& what, contact::World& world) noexcept;
@@ -115,6 +121,7 @@ class Game {
   [[nodiscard]] BodyLook look_of(const contact::BodyState& body) const;
   [[nodiscard]] const ThingCatalogue& catalogue() const { return catalogue_; }
   [[nodiscard]] const GameCounters& counters() const { return counters_; }
+  [[nodiscard]] const Walkers& walkers() const { return walkers_; }
   [[nodiscard]] std::size_t orders_left() const { return schedule_.left(); }
 
  private:
@@ -141,6 +148,7 @@ class Game {
   bool spawn(const contact::BodySpec& spec, const Tag& tag, contact::BodyId& id) noexcept;
   bool make_room() noexcept;
   void remove_expired() noexcept;
+  void walk(rt::Duration duration) noexcept;
   void react(const contact::ContactEvent& event) noexcept;
   void judge(const contact::ContactEvent& event, contact::BodyId body, contact::BodyId other, const Vec3d& normal) noexcept;
   void bullet_hit(const Surface& surface, double energy_j, double speed_m_per_s, std::int32_t order_index) noexcept;
@@ -155,6 +163,8 @@ class Game {
   contact::MaterialTable materials_;
   ThingCatalogue catalogue_;
   Schedule schedule_;
+  Walkers walkers_;
+  contact::DistanceField room_;
   std::span<Tag> tags_;
   std::span<GameEvent> events_;
   std::span<Mark> marks_;
@@ -165,8 +175,6 @@ class Game {
   View view_;
   bool has_view_ = false;
   hal::FrameHeader frame_;
-  Vec3d gravity_;
-  contact::DistanceField room_;
   contact::World* world_ = nullptr;
   rt::Duration in_round_{};
 

@@ -18,6 +18,11 @@
 //   aim_px = [320, 240]             # else the middle of the picture; or target_m
 //   energy_j = 60
 //   projectile_m_per_s = 100        # optional: a bullet that flies; else a ray that is there at once
+//
+//   [[walker]]                      # a small figure that walks on the floor; at most two
+//   at_s = 1.0                      # or at_frame
+//   in_front_m = 1.0                # on the floor there, level along the view; or position_m = [x, y, z]: the ground below
+//   wander = 1                      # goals of its own choice, drawn from this seed; or goal_m = [x, y, z]
 #pragma once
 
 #include <array>
@@ -72,12 +77,22 @@ struct Shot {
   double projectile_m_per_s = 0;    // 0: a ray
 };
 
+struct Walker {
+  Moment when;
+  std::optional<Vec3d> position_world_m;  // unset: in front of the camera
+  double in_front_m = 1;
+  std::optional<Vec3d> goal_world_m;  // unset: it wanders
+  std::uint64_t wander_seed = 1;
+};
+
 struct Script {
   std::vector<Throw> throws;
   std::vector<Shot> shots;
+  std::vector<Walker> walkers;
 };
 
-inline constexpr std::size_t kEntriesMax = 256;  // of each kind
+inline constexpr std::size_t kEntriesMax = 256;  // of throws, of shots
+inline constexpr std::size_t kWalkersMax = 2;
 
 /// Reads a script. Errors: one sentence with file, line and key, exit code bad_usage. Boot.
 rt::Result<Script> parse_script(std::string_view toml, const std::string& file_name);
@@ -85,7 +100,7 @@ rt::Result<Script> load_script(const std::string& path);
 
 /// What an app does where no script says it. `none`: a ball is dropped onto the nearest surface, and three are tossed
 /// along the view. `shooting`: a shot every half second over a grid of the picture, every third one a flying bullet.
-/// `plates`: a plate every second, over the same grid. Boot.
+/// `plates`: a plate every second, over the same grid. In both a walker wanders from the first second on. Boot.
 enum class App : std::uint8_t { none, shooting, plates };
 Script default_script(App app, int picture_width_px, int picture_height_px);
 

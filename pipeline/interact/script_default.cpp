@@ -46,6 +46,9 @@ constexpr std::size_t kRounds = 96;  // a minute and a half of plates
 Script default_script(App app, int width, int height) {
   if (app == App::none) return balls();
   Script script;
+  Walker walker;
+  walker.when.at_time = milliseconds(1000);
+  script.walkers.push_back(walker);
   for (std::size_t i = 0; i < kRounds; ++i) {
     const auto round = static_cast<std::int64_t>(i);
     if (app == App::plates) {

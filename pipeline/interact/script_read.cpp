@@ -15,8 +15,9 @@ constexpr std::array<std::string_view, 16> kThrowKeys = {
     "position_m", "in_front_m", "above_surface_m", "aim_px", "target_m", "speed_m_per_s", "velocity_m_per_s", "spin_rad_per_s"};
 constexpr std::array<std::string_view, 6> kShotKeys = {"at_s",     "at_frame", "aim_px",
                                                        "target_m", "energy_j", "projectile_m_per_s"};
+constexpr std::array<std::string_view, 6> kWalkerKeys = {"at_s", "at_frame", "position_m", "in_front_m", "goal_m", "wander"};
 
-/// Reads the keys of one [[throw]] or [[shot]]; the first complaint stays.
+/// Reads the keys of one entry; the first complaint stays.
 class EntryReader {
  public:
   EntryReader(const toml::table& table, std::string_view kind, const std::string& file)
@@ -66,6 +67,12 @@ class EntryReader {
     if (!v) return std::nullopt;
     return Vec3d{(*v)[0], (*v)[1], (*v)[2]};
   }
+  std::optional<std::uint64_t> whole(std::string_view key, double greatest) {
+    const auto value = number(key, 0, greatest);
+    if (!value) return std::nullopt;
+    if (!find(key)->is_integer()) complain(key, std::string(key) + " must be a whole number");
+    return static_cast<std::uint64_t>(*value);
+  }
   std::optional<std::string> text(std::string_view key) {
     const toml::node* node = find(key);
     if (node == nullptr) return std::nullopt;
@@ -105,10 +112,7 @@ Moment read_moment(EntryReader& reader) {
   }
   if (const auto seconds = reader.number("at_s", 0, 86400))
     when.at_time = rt::Duration{static_cast<std::int64_t>(*seconds * 1e9)};
-  if (const auto frame = reader.number("at_frame", 0, 1e9)) {
-    if (!reader.find("at_frame")->is_integer()) reader.complain("at_frame", "at_frame must be a whole number");
-    when.at_frame = static_cast<std::uint64_t>(*frame);
-  }
+  when.at_frame = reader.whole("at_frame", 1e9);
   return when;
 }
 
@@ -204,6 +208,20 @@ Shot read_shot(EntryReader& reader) {
   return shot;
 }
 
+Walker read_walker(EntryReader& reader) {
+  Walker walker;
+  reader.refuse_unknown(kWalkerKeys);
+  walker.when = read_moment(reader);
+  walker.position_world_m = reader.vector("position_m", -1000, 1000);
+  if (reader.has("position_m") && reader.has("in_front_m"))
+    reader.complain("in_front_m", "has both position_m and in_front_m; keep one");
+  walker.in_front_m = reader.number("in_front_m", 0, 20).value_or(walker.in_front_m);
+  walker.goal_world_m = reader.vector("goal_m", -1000, 1000);
+  if (reader.has("goal_m") && reader.has("wander")) reader.complain("wander", "has both goal_m and wander; keep one");
+  walker.wander_seed = reader.whole("wander", 1e9).value_or(walker.wander_seed);
+  return walker;
+}
+
 rt::Error complaint(const std::string& file, const toml::source_region& where, const std::string& what) {
   return {rt::ExitCode::bad_usage, file + ":" + std::to_string(where.begin.line) + ": " + what};
 }
@@ -211,15 +229,15 @@ rt::Error complaint(const std::string& file, const toml::source_region& where, c
 /// All entries of one kind; none when the script has none.
 template <typename Entry>
 rt::Result<std::vector<Entry>> read_entries(const toml::table& script, std::string_view kind, const std::string& file,
-                                            Entry (*read)(EntryReader&)) {
+                                            std::size_t entries_max, Entry (*read)(EntryReader&)) {
   std::vector<Entry> entries;
   const toml::node* node = script.get(kind);
   if (node == nullptr) return entries;
   const toml::array* array = node->as_array();
   const std::string name(kind);
   if (array == nullptr) return complaint(file, node->source(), "write [[" + name + "]] with two brackets");
-  if (array->size() > kEntriesMax)
-    return complaint(file, node->source(), "more than " + std::to_string(kEntriesMax) + " entries [[" + name + "]] in one script");
+  if (array->size() > entries_max)
+    return complaint(file, node->source(), "more than " + std::to_string(entries_max) + " entries [[" + name + "]] in one script");
   for (const toml::node& entry : *array) {
     const toml::table* table = entry.as_table();
     if (table == nullptr)
@@ -238,16 +256,18 @@ rt::Result<Script> parse_script(std::string_view text, const std::string& file) 
   const auto parsed = hal::parse_toml(text, file, rt::ExitCode::bad_usage);
   if (!parsed) return parsed.error();
   for (const auto& [name, node] : *parsed)
-    if (name.str() != "throw" && name.str() != "shot")
-      return complaint(file, node.source(),
-                       "unknown key \"" + std::string(name.str()) + "\"; a script has [[throw]] and [[shot]] entries");
-  auto throws = read_entries<Throw>(*parsed, "throw", file, read_throw);
+    if (name.str() != "throw" && name.str() != "shot" && name.str() != "walker")
+      return complaint(file, node.source(), "unknown key \"" + std::string(name.str()) +
+                                                "\"; a script has [[throw]], [[shot]] and [[walker]] entries");
+  auto throws = read_entries<Throw>(*parsed, "throw", file, kEntriesMax, read_throw);
   if (!throws) return throws.error();
-  auto shots = read_entries<Shot>(*parsed, "shot", file, read_shot);
+  auto shots = read_entries<Shot>(*parsed, "shot", file, kEntriesMax, read_shot);
   if (!shots) return shots.error();
-  if (throws->empty() && shots->empty())
-    return rt::Error{rt::ExitCode::bad_usage, file + ": the script has no [[throw]] and no [[shot]]"};
-  return Script{std::move(*throws), std::move(*shots)};
+  auto walkers = read_entries<Walker>(*parsed, "walker", file, kWalkersMax, read_walker);
+  if (!walkers) return walkers.error();
+  if (throws->empty() && shots->empty() && walkers->empty())
+    return rt::Error{rt::ExitCode::bad_usage, file + ": the script has no [[throw]], no [[shot]] and no [[walker]]"};
+  return Script{std::move(*throws), std::move(*shots), std::move(*walkers)};
 }
 
 rt::Result<Script> load_script(const std::string& path) {

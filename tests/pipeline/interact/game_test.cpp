@@ -44,13 +44,13 @@ class Session {
     const auto table = contact::default_material_table();
     auto bound = world.bind(world_memory_->slice(), world_config_, field_, table);
     TACTUS_ASSERT(bound.has_value());
-    bound = sut.bind(game_memory_->slice(), config_, std::move(script), table);
+    bound = sut.bind(game_memory_->slice(), config_, std::move(script), table, field_);
     TACTUS_ASSERT(bound.has_value());
   }
   void run(int frames, bool is_tracked = true) {
     for (int i = 0; i < frames; ++i) {
       ++header_.sequence;
-      EXPECT_EQ(sut.step(view, is_tracked, header_, kFrame, kGravity, field_, world), rt::Status::ok);
+      EXPECT_EQ(sut.step(view, is_tracked, header_, kFrame, world), rt::Status::ok);
       cues.insert(cues.end(), sut.cues().begin(), sut.cues().end());
     }
   }
@@ -60,7 +60,6 @@ class Session {
       if (event.kind == kind) found.push_back(event);
     return found;
   }
-  void set_field(const contact::DistanceField& field) { field_ = field; }
 
   View view = looking_down();
   std::vector<SoundCue> cues;

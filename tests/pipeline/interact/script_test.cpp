@@ -78,7 +78,7 @@ speed_m_per_s = 4
 }
 
 TEST(Script, MistakesAreOneSentenceWithFileLineAndKey) {
-  EXPECT_EQ(complaint(""), "drop.toml: the script has no [[throw]] and no [[shot]]");
+  EXPECT_EQ(complaint(""), "drop.toml: the script has no [[throw]], no [[shot]] and no [[walker]]");
   EXPECT_NE(complaint("[throw]\nat_s = 1\n").find("drop.toml:1: write [[throw]]"), std::string::npos);
   EXPECT_NE(complaint("speed = 3\n").find("drop.toml:1: unknown key \"speed\""), std::string::npos);
   EXPECT_NE(complaint("[[throw]]\nat_s = 1\nradios_m = 3\n")
@@ -113,6 +113,52 @@ TEST(Script, MistakesAreOneSentenceWithFileLineAndKey) {
   const auto missing = load_script("/nowhere/drop.toml");
   ASSERT_FALSE(missing.has_value());
   EXPECT_EQ(missing.error().message, "/nowhere/drop.toml: the script cannot be read");
+}
+
+TEST(Script, WalkersAreRead) {
+  const auto script = parse_script(
+      "[[walker]]\nat_frame = 3\nposition_m = [1, 0, -2]\ngoal_m = [2, 0, 1]\n"
+      "[[walker]]\nat_s = 1.5\nin_front_m = 0.6\nwander = 7\n",
+      "walk.toml");
+  ASSERT_TRUE(script.has_value()) << script.error().message;
+  const auto& walkers = script.value().walkers;
+  ASSERT_EQ(walkers.size(), 2U);
+  EXPECT_EQ(walkers[0].when.at_frame, 3U);
+  EXPECT_EQ(walkers[0].position_world_m, (Vec3d{1, 0, -2}));
+  EXPECT_EQ(walkers[0].goal_world_m, (Vec3d{2, 0, 1}));
+  EXPECT_EQ(walkers[1].when.at_time->ns, 1'500'000'000);
+  EXPECT_FALSE(walkers[1].position_world_m || walkers[1].goal_world_m);
+  EXPECT_DOUBLE_EQ(walkers[1].in_front_m, 0.6);
+  EXPECT_EQ(walkers[1].wander_seed, 7U);
+  const auto plain = parse_script("[[walker]]\nat_s = 1\n", "walk.toml");
+  ASSERT_TRUE(plain.has_value());
+  EXPECT_DOUBLE_EQ(plain.value().walkers[0].in_front_m, 1);
+  EXPECT_EQ(plain.value().walkers[0].wander_seed, 1U);
+}
+
+TEST(Script, MistakesInWalkersAreOneSentenceWithFileLineAndKey) {
+  EXPECT_EQ(complaint("[[walker]]\nat_s = 1\nspeed = 3\n"), "drop.toml:3: [[walker]] has the unknown key \"speed\"");
+  EXPECT_EQ(complaint("[[walker]]\nwander = 3\n"), "drop.toml:1: [[walker]] needs exactly one of at_s and at_frame");
+  EXPECT_EQ(complaint("[[walker]]\nat_s = 1\ngoal_m = [1, 0, 0]\nwander = 3\n"),
+            "drop.toml:4: [[walker]] has both goal_m and wander; keep one");
+  EXPECT_EQ(complaint("[[walker]]\nat_s = 1\nposition_m = [1, 0, 0]\nin_front_m = 1\n"),
+            "drop.toml:4: [[walker]] has both position_m and in_front_m; keep one");
+  EXPECT_EQ(complaint("[[walker]]\nat_s = 1\nwander = 1.5\n"), "drop.toml:3: [[walker]] wander must be a whole number");
+  EXPECT_NE(complaint("[[walker]]\nat_s = 1\nwander = -1\n").find("wander is -1; it must lie between 0"),
+            std::string::npos);
+  EXPECT_NE(complaint("[[walker]]\nat_s = 1\ngoal_m = [1, 0]\n").find("goal_m must be three numbers"), std::string::npos);
+  EXPECT_EQ(complaint("[[walker]]\nat_s = 1\n[[walker]]\nat_s = 1\n[[walker]]\nat_s = 1\n"),
+            "drop.toml:1: more than 2 entries [[walker]] in one script");
+}
+
+TEST(Script, BothGamesHaveAWanderer) {
+  for (const App app : {App::shooting, App::plates}) {
+    const Script script = default_script(app, 640, 480);
+    ASSERT_EQ(script.walkers.size(), 1U);
+    EXPECT_EQ(script.walkers[0].when.at_time->ns, 1'000'000'000);
+    EXPECT_FALSE(script.walkers[0].goal_world_m);
+  }
+  EXPECT_TRUE(default_script(App::none, 640, 480).walkers.empty());
 }
 
 TEST(Script, BuiltInBallStartsAboveTheFloorInView) {
