@@ -9,6 +9,7 @@
 #include "pipeline/picture_view.hpp"
 #include "pipeline/register/depth_images.hpp"
 #include "pipeline/source_scores.hpp"
+#include "pipeline/walker_view.hpp"
 
 namespace tactus {
 namespace {
@@ -153,7 +154,7 @@ rt::Result<void> Pipeline::bind(const PipelineSetup& setup, rt::MemoryPlan& plan
     picture_labels_ = memory.take<MaterialId>(pixels_count(picture_camera_));
     picture_rgb_ = memory.take<std::uint8_t>(pixels_count(picture_camera_) * 3);
     for (auto& model : model_depths_mm_) model = memory.take<std::uint16_t>(pixels_count(rig.depth) / 4);
-    drawn_bodies_.reserve(setup.profile.bodies_capacity);
+    drawn_bodies_.reserve(setup.profile.bodies_capacity + interact::kWalkersMax * kFigureParts);
     drawn_decals_.reserve(game_config(setup.profile).marks_capacity);
     light_estimate_.bind(picture_camera_, plan.take("light"));
     render::RenderConfig config;
@@ -611,6 +612,11 @@ rt::Status Pipeline::render_round(rt::Clock clock, const PictureOptions& options
   drawn_bodies_.clear();
   for (const contact::BodyState& body : world_.bodies())
     drawn_bodies_.push_back(drawn_body(body, game_.look_of(body), setup_.materials));
+  const auto walkers = game_.walkers().agents();
+  for (std::size_t i = 0; i < walkers.size(); ++i) {
+    if (!walkers[i].pose().is_placed) continue;
+    for (const render::Body& part : drawn_figure(walkers[i].pose(), i)) drawn_bodies_.push_back(part);
+  }
   inputs.bodies = drawn_bodies_;
   drawn_decals_.clear();
   for (const interact::Mark& mark : game_.marks()) drawn_decals_.push_back(drawn_decal(mark));
