@@ -78,7 +78,7 @@ void add_run(CLI::App& root, const PipelineCommands& pipeline, RunOptions& o, Co
                   "What happens in the room: balls (none), bullets, or plates; the games leave video.mp4 and sound.wav in --out")
       ->check(CLI::IsMember({"none", "shooting", "plates"}))
       ->capture_default_str();
-  app->add_option("--script", o.script, "What is thrown and shot, when and where (TOML), instead of the app's own")
+  app->add_option("--script", o.script, "What is thrown and shot and who walks, when and where (TOML), instead of the app's own")
       ->type_name("FILE")
       ->check(CLI::ExistingFile);
   app->add_option("--collision", o.collision,
