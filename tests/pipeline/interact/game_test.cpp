@@ -34,8 +34,10 @@ View looking_down(double x = 0.5) {
 /// A game with its world, over a floor.
 class Session {
  public:
-  Session(std::span<const std::string_view> stripes, Script script, std::size_t bodies = 64)
-      : floor_(stripes), field_(floor_.field()) {
+  /// `felt`: the room that stops things, where that is not the floor.
+  Session(std::span<const std::string_view> stripes, Script script, std::size_t bodies = 64,
+          const contact::DistanceField* felt = nullptr)
+      : floor_(stripes), field_(felt != nullptr ? *felt : floor_.field()) {
     config_.bodies_capacity = bodies;
     world_config_.bodies_capacity = bodies;
     world_config_.contacts_capacity = 6 * bodies;
@@ -331,14 +333,11 @@ TEST(Game, ThrowIsAimedAtWhatIsSeenWhetherItStopsThingsOrNot) {
   script.throws[0].when.at_frame = 1;
   const auto start = [&](bool is_solid) {  // one world at a time
     const test::StripedFloor floor(kWood);
-    Session session(kWood, script);
-    if (!is_solid) {
-      contact::DistanceField nothing;
-      nothing.sample_fn = [](const void*, const Vec3f&, map::DistanceSample&) noexcept { return false; };
-      nothing.materials_fn = [](const void*, const Vec3f&, MaterialDistribution&) noexcept { return false; };
-      session.view.seen = floor.field();
-      session.set_field(nothing);
-    }
+    contact::DistanceField nothing;
+    nothing.sample_fn = [](const void*, const Vec3f&, map::DistanceSample&) noexcept { return false; };
+    nothing.materials_fn = [](const void*, const Vec3f&, MaterialDistribution&) noexcept { return false; };
+    Session session(kWood, script, 64, is_solid ? nullptr : &nothing);
+    if (!is_solid) session.view.seen = floor.field();
     session.run(1);
     return session.of_kind(GameEventKind::thrown).at(0);
   };
