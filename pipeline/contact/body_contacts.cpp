@@ -76,6 +76,12 @@ struct BodyField {
         shape_distance(shape, R_body_world * (p_world.cast<double>() - pose.center_world_m), gradient_body));
   }
 
+  /// Distances are exact or too short: true is certain.
+  [[nodiscard]] bool is_beyond(const Vec3d& p_world, double distance_m) const {
+    Vec3d gradient;
+    return shape_distance(shape, R_body_world * (p_world - pose.center_world_m), gradient) > distance_m;
+  }
+
   [[nodiscard]] DistanceField field() const {
     DistanceField f;
     f.context = this;
@@ -87,10 +93,10 @@ struct BodyField {
       out.gradient = (self.pose.R_world_body * gradient).cast<float>();
       return true;
     };
-    f.distance_fn = [](const void* context, const Vec3f& p_world, float& distance_m) noexcept {
+    f.distances_fn = [](const void* context, std::span<const Vec3f> points, std::span<float> out) noexcept {
+      const auto& self = *static_cast<const BodyField*>(context);
       Vec3d gradient;
-      distance_m = static_cast<const BodyField*>(context)->distance(p_world, gradient);
-      return true;
+      for (std::size_t i = 0; i < points.size(); ++i) out[i] = self.distance(points[i], gradient);
     };
     return f;
   }
@@ -120,6 +126,9 @@ double shape_distance(const Shape& shape, const Vec3d& p, Vec3d& gradient) noexc
 int body_contacts(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin_m,
                   const Vec3d& up_world, std::span<FieldContact, kFieldContactsMax> out) noexcept {
   const BodyField field_a(a, pose_a), field_b(b, pose_b);
+  if (field_b.is_beyond(pose_a.center_world_m, reach_m(a) + margin_m) ||
+      field_a.is_beyond(pose_b.center_world_m, reach_m(b) + margin_m))
+    return 0;
   // Half the smaller body: what is missed between points, ODE finds (edges that cross).
   const double spacing_m = std::min(reach_m(a), reach_m(b));
   // A point of a flat face inside a round body has the normal of the round one, not the face's, and would

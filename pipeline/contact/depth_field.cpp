@@ -123,16 +123,16 @@ DistanceField DepthBackedField::field() const noexcept {
     return self.map_.sample_fn(self.map_.context, p, out) ||
            sample_depth(*self.view_, static_cast<double>(self.map_.truncation_m), p.cast<double>(), out);
   };
-  field.distance_fn = [](const void* context, const Vec3f& p, float& distance_m) noexcept {
+  field.distances_fn = [](const void* context, std::span<const Vec3f> points, std::span<float> out) noexcept {
     const auto& self = *static_cast<const DepthBackedField*>(context);
-    if (self.map_.distance_fn != nullptr && self.map_.distance_fn(self.map_.context, p, distance_m))
-      return true;
-    map::DistanceSample both;
-    const bool known =
-        (self.map_.distance_fn == nullptr && self.map_.sample_fn(self.map_.context, p, both)) ||
-        sample_depth(*self.view_, static_cast<double>(self.map_.truncation_m), p.cast<double>(), both);
-    distance_m = both.distance_m;
-    return known;
+    self.map_.distances(points, out);
+    const double truncation_m = static_cast<double>(self.map_.truncation_m);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      map::DistanceSample both;
+      if (out[i] == map::kUnknownDistanceM &&
+          sample_depth(*self.view_, truncation_m, points[i].cast<double>(), both))
+        out[i] = both.distance_m;
+    }
   };
   field.materials_fn = [](const void* context, const Vec3f& p, MaterialDistribution& out) noexcept {
     const auto& self = *static_cast<const DepthBackedField*>(context);

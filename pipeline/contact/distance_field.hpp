@@ -1,6 +1,8 @@
 // What touch needs of the map: a distance with its gradient, what the surface is made of, and what a ray meets.
 #pragma once
 
+#include <span>
+
 #include "hal/transform.hpp"
 #include "pipeline/label/material.hpp"
 #include "pipeline/map/reader.hpp"
@@ -17,8 +19,10 @@ struct DistanceField {
   /// projective, that is, longer than the true one by 1/cos of the viewing angle; its zero level set is
   /// exact.
   using Sample = bool (*)(const void* context, const Vec3f& p_world_m, map::DistanceSample& out) noexcept;
-  /// The same distance without its gradient, for less; null: asks for both.
-  using Distance = bool (*)(const void* context, const Vec3f& p_world_m, float& distance_m) noexcept;
+  /// The same distances of many points without their gradients, for less; map::kUnknownDistanceM where sample
+  /// answers false. Null: samples them one by one.
+  using Distances = void (*)(const void* context, std::span<const Vec3f> points_world_m,
+                             std::span<float> distances_m) noexcept;
   /// Posterior of the surface nearest to p; false when nothing has labelled it.
   using Materials = bool (*)(const void* context, const Vec3f& p_world_m, MaterialDistribution& out) noexcept;
 
@@ -28,7 +32,7 @@ struct DistanceField {
 
   const void* context = nullptr;
   Sample sample_fn = nullptr;
-  Distance distance_fn = nullptr;
+  Distances distances_fn = nullptr;
   Materials materials_fn = nullptr;
   Raycast raycast_fn = nullptr;  // null: rays meet nothing
   float truncation_m = 0.04F;
@@ -37,17 +41,22 @@ struct DistanceField {
     return sample_fn(context, p_world_m.cast<float>(), out);
   }
   [[nodiscard]] bool distance(const Vec3d& p_world_m, double& distance_m) const noexcept {
+    const Vec3f p = p_world_m.cast<float>();
     float answer_m = 0;
-    map::DistanceSample both;
-    bool known = false;
-    if (distance_fn != nullptr) {
-      known = distance_fn(context, p_world_m.cast<float>(), answer_m);
-    } else {
-      known = sample(p_world_m, both);
-      answer_m = both.distance_m;
-    }
+    distances({&p, 1}, {&answer_m, 1});
     distance_m = static_cast<double>(answer_m);
-    return known;
+    return answer_m != map::kUnknownDistanceM;
+  }
+  void distances(std::span<const Vec3f> points_world_m, std::span<float> distances_m) const noexcept {
+    if (distances_fn != nullptr) {
+      distances_fn(context, points_world_m, distances_m);
+      return;
+    }
+    for (std::size_t i = 0; i < points_world_m.size(); ++i) {
+      map::DistanceSample both;
+      const bool known = sample_fn(context, points_world_m[i], both);
+      distances_m[i] = known ? both.distance_m : map::kUnknownDistanceM;
+    }
   }
   [[nodiscard]] bool raycast(const Vec3d& origin_world_m, const Vec3d& direction_world, double range_m,
                              map::SurfacePoint& out) const noexcept {

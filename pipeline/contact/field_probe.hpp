@@ -5,17 +5,21 @@
 
 namespace tactus::contact {
 
-/// True when p was observed, lies inside the truncation band and nearer than `nearer_than_m`, and the field
-/// has a direction there. Step phase; wait-free.
+/// A distance inside the truncation band and nearer than `nearer_than_m`; an unknown one is not. Step phase;
+/// wait-free.
+inline bool is_in_band(const DistanceField& field, double distance_m, double nearer_than_m) noexcept {
+  const double band_m = 0.95 * static_cast<double>(field.truncation_m);
+  return distance_m > -band_m && distance_m < band_m && distance_m < nearer_than_m;
+}
+
+/// True when p was observed, is_in_band(), and the field has a direction there. Where most points are too
+/// far, their distances are to be asked first, all at once. Step phase; wait-free.
 inline bool sample_band(const DistanceField& field, const Vec3d& p, double nearer_than_m, double& distance_m,
                         Vec3d& gradient) noexcept {
-  // Most points of a shape are far from every surface: the gradient costs twice the distance.
-  const double band_m = 0.95 * static_cast<double>(field.truncation_m);
-  if (!field.distance(p, distance_m)) return false;
-  if (distance_m <= -band_m || distance_m >= band_m || distance_m >= nearer_than_m) return false;
   map::DistanceSample s;
   if (!field.sample(p, s)) return false;
   distance_m = static_cast<double>(s.distance_m);
+  if (!is_in_band(field, distance_m, nearer_than_m)) return false;
   gradient = s.gradient.cast<double>();
   return gradient.dot(gradient) > 0.25;
 }

@@ -13,8 +13,8 @@ inline DistanceField field_of(const map::Reader& reader) {
   field.sample_fn = [](const void* context, const Vec3f& p, map::DistanceSample& out) noexcept {
     return static_cast<const map::Reader*>(context)->sample(p, out);
   };
-  field.distance_fn = [](const void* context, const Vec3f& p, float& distance_m) noexcept {
-    return static_cast<const map::Reader*>(context)->distance(p, distance_m);
+  field.distances_fn = [](const void* context, std::span<const Vec3f> points, std::span<float> out) noexcept {
+    static_cast<const map::Reader*>(context)->distances(points, out);
   };
   field.materials_fn = [](const void* context, const Vec3f& p, MaterialDistribution& out) noexcept {
     map::SurfacePoint surface;

@@ -81,13 +81,18 @@ void collect(const DistanceField& field, const Shape& shape, const Vec3d& center
              Candidates& candidates) noexcept {
   SurfacePoints surface;
   surface_points(shape, spacing_m, surface);
+  std::array<float, SurfacePoints::kMax> distances_m;
+  surface_distances(field, surface, center, R_world_body, distances_m);
   const Rotation R_body_world = R_world_body.transposed();
-  for (const Vec3d& p_body : std::span(surface.points_m).first(surface.count)) {
+  // Projective distances fall by up to twice the way.
+  const double near_m = margin_m + 2 * surface.sag_m;
+  for (std::size_t i = 0; i < surface.count; ++i) {
+    if (!is_in_band(field, static_cast<double>(distances_m[i]), near_m)) continue;
+    const Vec3d& p_body = surface.points_m[i];
     Vec3d arm = R_world_body * p_body;
     double distance_m = 0;
     Vec3d gradient;
-    // Projective distances fall by up to twice the way.
-    if (!sample_band(field, center + arm, margin_m + 2 * surface.sag_m, distance_m, gradient)) continue;
+    if (!sample_band(field, center + arm, near_m, distance_m, gradient)) continue;
     if (surface.sag_m > 0) {
       const Vec3d at = deepest_beside(shape, p_body, R_body_world * -gradient);
       const Vec3d arm_there = R_world_body * at;

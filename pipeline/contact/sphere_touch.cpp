@@ -46,9 +46,15 @@ std::size_t sample_seeds(const DistanceField& field, const Vec3d& center, double
                          double nearer_than_m, const Vec3d* motion, SphereSeeds& out) noexcept {
   const std::size_t seeds_count =
       radius_m > 0.5 * static_cast<double>(field.truncation_m) ? kBallDirections.size() : kBallDirectionsFew;
+  std::array<Vec3f, kBallDirections.size()> points;
+  for (std::size_t i = 0; i < seeds_count; ++i)
+    points[i] = (center + kBallDirections[i] * radius_m).cast<float>();
+  std::array<float, kBallDirections.size()> distances_m;
+  field.distances(std::span(points).first(seeds_count), distances_m);
   std::size_t count = 0;
   for (std::size_t i = 0; i < seeds_count; ++i) {
     SphereTouch touch{kBallDirections[i], {}, 0};
+    if (!is_in_band(field, static_cast<double>(distances_m[i]), nearer_than_m)) continue;
     if (motion != nullptr && touch.direction.dot(*motion) < -0.3) continue;
     if (!sample_band(field, center + touch.direction * radius_m, nearer_than_m, touch.distance_m,
                      touch.gradient))

@@ -125,6 +125,15 @@ void surface_points(const Shape& shape, double spacing_m, SurfacePoints& out) no
   }
 }
 
+void surface_distances(const DistanceField& field, const SurfacePoints& surface, const Vec3d& center,
+                       const Rotation& R_world_body,
+                       std::span<float, SurfacePoints::kMax> distances_m) noexcept {
+  std::array<Vec3f, SurfacePoints::kMax> points;
+  for (std::size_t i = 0; i < surface.count; ++i)
+    points[i] = (center + R_world_body * surface.points_m[i]).cast<float>();
+  field.distances(std::span(points).first(surface.count), distances_m);
+}
+
 Vec3d deepest_beside(const Shape& shape, const Vec3d& p_m, const Vec3d& down) noexcept {
   const double r = shape.radius_m;
   if (shape.kind == ShapeKind::cylinder) {

@@ -3,7 +3,9 @@
 
 #include <array>
 #include <cstddef>
+#include <span>
 
+#include "pipeline/contact/distance_field.hpp"
 #include "pipeline/contact/shape.hpp"
 
 namespace tactus::contact {
@@ -26,6 +28,11 @@ struct SurfacePoints {
 /// hulls (no points for a sphere: field_contacts.hpp descends on it). Corners come before edges and edges
 /// before faces; a round rim has 8 points, 16 when it is wide. Step phase; wait-free.
 void surface_points(const Shape& shape, double spacing_m, SurfacePoints& out) noexcept;
+
+/// What `field` measures at each of the points of a body that stands there. Step phase; wait-free.
+void surface_distances(const DistanceField& field, const SurfacePoints& surface, const Vec3d& center_world_m,
+                       const Rotation& R_world_body,
+                       std::span<float, SurfacePoints::kMax> distances_m) noexcept;
 
 /// The point of the rim, round side or cap that `p_m` stands for which lies farthest along `down` (unit, body
 /// frame), so that what is round rolls like a round thing; `p_m` itself on flat parts and where the neighbour

@@ -33,10 +33,13 @@ class Sweep {
       return;
     }
     surface_points(shape, static_cast<double>(field.truncation_m), surface_);
+    std::array<float, SurfacePoints::kMax> distances_m;
+    surface_distances(field, surface_, from, R_world_body, distances_m);
     for (std::size_t i = 0; i < surface_.count; ++i) {
       Probe probe;
-      const bool touches =
-          sample_at(from, surface_.points_m[i], kImpactMarginM, probe) && probe.distance_m < kImpactMarginM;
+      const bool touches = is_in_band(field, static_cast<double>(distances_m[i]), 1) &&
+                           sample_at(from, surface_.points_m[i], kImpactMarginM, probe) &&
+                           probe.distance_m < kImpactMarginM;
       allowance_m_[i] = touches ? allowance(probe.distance_m) : 0;
     }
   }
@@ -114,8 +117,11 @@ class Sweep {
 
   [[nodiscard]] double points_clearance(const Vec3d& center) const {
     double least_m = static_cast<double>(field_.truncation_m);
+    std::array<float, SurfacePoints::kMax> distances_m;
+    surface_distances(field_, surface_, center, R_world_body_, distances_m);
     for (std::size_t i = 0; i < surface_.count; ++i) {
       Probe probe;
+      if (!is_in_band(field_, static_cast<double>(distances_m[i]), 1)) continue;
       if (!sample_at(center, surface_.points_m[i], kTouchM, probe)) continue;
       if (probe.gradient.dot(probe.arm) > 0 || probe.gradient.dot(motion_) > -0.2) continue;
       least_m = std::min(least_m, probe.distance_m + allowance_m_[i]);

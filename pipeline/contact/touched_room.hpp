@@ -1,8 +1,10 @@
 // The room as virtual things feel it: the live map, seen through one of the paper's three conditions (section V-B).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string_view>
 
 #include "pipeline/contact/depth_field.hpp"
@@ -45,12 +47,12 @@ class TouchedRoom {
       const TouchedRoom& room = *static_cast<const TouchedRoom*>(self);
       return room.collision_ != Collision::none && room.inner_.sample(p.cast<double>(), out);
     };
-    field.distance_fn = [](const void* self, const Vec3f& p, float& distance_m) noexcept {
+    field.distances_fn = [](const void* self, std::span<const Vec3f> points, std::span<float> out) noexcept {
       const TouchedRoom& room = *static_cast<const TouchedRoom*>(self);
-      double known_m = 0;
-      if (room.collision_ == Collision::none || !room.inner_.distance(p.cast<double>(), known_m)) return false;
-      distance_m = static_cast<float>(known_m);
-      return true;
+      if (room.collision_ == Collision::none)
+        std::fill(out.begin(), out.end(), map::kUnknownDistanceM);
+      else
+        room.inner_.distances(points, out);
     };
     field.materials_fn = [](const void* self, const Vec3f& p, MaterialDistribution& out) noexcept {
       const TouchedRoom& room = *static_cast<const TouchedRoom*>(self);

@@ -184,6 +184,16 @@ bool Reader::distance(const Vec3f& p_world_m, float& distance_m) const noexcept 
   return true;
 }
 
+void Reader::distances(std::span<const Vec3f> points_world_m, std::span<float> distances_m) const noexcept {
+  BlockCache cache(*map_);
+  const float to_voxels = 1.0f / voxel_size_m(), truncation = truncation_m();
+  for (std::size_t i = 0; i < points_world_m.size(); ++i) {
+    FieldSample sample;
+    const bool known = read_field(*map_, points_world_m[i] * to_voxels, sample, cache);
+    distances_m[i] = known ? sample.value * truncation : kUnknownDistanceM;
+  }
+}
+
 bool Reader::sample(const Vec3f& p_world_m, DistanceSample& out) const noexcept {
   BlockCache cache(*map_);
   FieldSample sample;

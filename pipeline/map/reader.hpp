@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
+#include <span>
 
 #include "hal/transform.hpp"
 #include "pipeline/label/material.hpp"
@@ -9,6 +11,9 @@
 namespace tactus::map {
 
 class Map;
+
+/// What Reader::distances() answers where distance() answers false.
+inline constexpr float kUnknownDistanceM = std::numeric_limits<float>::infinity();
 
 /// The signed distance field at a point, trilinearly interpolated.
 struct DistanceSample {
@@ -48,6 +53,11 @@ class Reader {
 
   /// As sample(), without the gradient: a third of the reads.
   [[nodiscard]] bool distance(const Vec3f& p_world_m, float& distance_m) const noexcept;
+
+  /// As distance() at each of the points, in metres or kUnknownDistanceM; at least as many results as points.
+  /// Cheaper for points of one neighbourhood: a block is looked up once, however many of them it
+  /// holds.
+  void distances(std::span<const Vec3f> points_world_m, std::span<float> distances_m) const noexcept;
 
   /// First surface along the ray (direction need not be unit), seen from its front, within range_m_max.
   [[nodiscard]] bool raycast(const Vec3f& origin_world_m, const Vec3f& direction_world, float range_m_max,

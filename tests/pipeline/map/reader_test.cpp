@@ -51,6 +51,22 @@ TEST_F(ReaderOfASphere, SampleIsTheDistanceAndItsGradient) {
   EXPECT_LT(worst_m, 0.00025);
 }
 
+TEST_F(ReaderOfASphere, DistancesOfManyPointsAreThoseOfEach) {
+  std::array<Vec3f, 300> points;
+  for (Vec3f& p : points) p = (kCentre + direction() * (kRadius + uniform_(random_) * 0.2)).cast<float>();
+  points[7] = {NAN, 0, 0};
+  std::array<float, 300> distances_m;
+  sut.distances(points, distances_m);
+  int known_count = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    float distance_m = kUnknownDistanceM;
+    known_count += sut.distance(points[i], distance_m) ? 1 : 0;
+    EXPECT_EQ(distances_m[i], distance_m) << i;
+  }
+  EXPECT_GT(known_count, 50);
+  EXPECT_LT(known_count, 290);
+}
+
 TEST_F(ReaderOfASphere, RaysHitWhereTheyMust) {
   int hits_count = 0;
   for (int i = 0; i < 1000; ++i) {
