@@ -118,6 +118,7 @@ DistanceField DepthBackedField::field() const noexcept {
   DistanceField field;
   field.context = this;
   field.truncation_m = map_.truncation_m;
+  field.slope_max = map_.slope_max;
   field.sample_fn = [](const void* context, const Vec3f& p, map::DistanceSample& out) noexcept {
     const auto& self = *static_cast<const DepthBackedField*>(context);
     return self.map_.sample_fn(self.map_.context, p, out) ||

@@ -36,6 +36,9 @@ struct DistanceField {
   Materials materials_fn = nullptr;
   Raycast raycast_fn = nullptr;  // null: rays meet nothing
   float truncation_m = 0.04F;
+  /// The distance changes by at most this much per way, as long as the field holds still. A trilinear one of
+  /// 4 voxels' truncation: 2 sqrt(3) * 4, where neighbours lie before and behind the edge of something.
+  float slope_max = 14;
 
   [[nodiscard]] bool sample(const Vec3d& p_world_m, map::DistanceSample& out) const noexcept {
     return sample_fn(context, p_world_m.cast<float>(), out);

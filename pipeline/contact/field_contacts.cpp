@@ -48,12 +48,13 @@ int sphere_contacts(const DistanceField& field, const Vec3d& center, double radi
 
 int field_contacts(const DistanceField& field, const Shape& shape, const Vec3d& center,
                    const Rotation& R_world_body, double margin_m, const Vec3d& up_world,
-                   std::span<FieldContact, kFieldContactsMax> out) noexcept {
+                   std::span<FieldContact, kFieldContactsMax> out, PointMemory* memory) noexcept {
   if (center_is_behind(field, center)) return 0;
   if (shape.kind == ShapeKind::sphere) return sphere_contacts(field, center, shape.radius_m, out);
 
   Candidates candidates;
-  collect(field, shape, center, R_world_body, static_cast<double>(field.truncation_m), margin_m, candidates);
+  collect(field, shape, center, R_world_body, static_cast<double>(field.truncation_m), margin_m, candidates,
+          memory);
   return reduce(candidates, up_world, out);
 }
 

@@ -18,6 +18,8 @@
 
 namespace tactus::contact {
 
+struct PointMemory;
+
 /// Contacts begin this far in front of the surface and rest where depth equals it, that is, at distance zero:
 /// a resting body keeps its contacts from step to step instead of losing them to rounding. 0.5 mm is a
 /// twentieth of a voxel.
@@ -37,7 +39,8 @@ inline constexpr double kImpactSpeed = 0.5;
 inline constexpr double kImpactMarginM = 0.002;
 
 /// Contacts of a shape; the number of them. `up_world` (any length, may be zero) tells the face that carries
-/// the shape from those that only hold it. Step phase; wait-free.
+/// the shape from those that only hold it. `memory`: of the body that calls once a step, null for others.
+/// Step phase; wait-free.
 ///
 /// Sphere: one per distinct surface direction (floor, wall, corner), at most 4. Up to 26 seed directions are
 /// sampled and the lowest of each neighbourhood descends to the deepest point of the sphere (fixed point
@@ -48,7 +51,7 @@ inline constexpr double kImpactMarginM = 0.002;
 /// group reduced to at most 4 spread far apart. None unless one is closer than kContactMarginM.
 int field_contacts(const DistanceField& field, const Shape& shape, const Vec3d& center_world_m,
                    const Rotation& R_world_body, double margin_m, const Vec3d& up_world,
-                   std::span<FieldContact, kFieldContactsMax> out) noexcept;
+                   std::span<FieldContact, kFieldContactsMax> out, PointMemory* memory = nullptr) noexcept;
 
 /// Conservative advancement (Mirtich 1996): the fraction of `displacement` that the shape can travel until it
 /// first touches a surface that it moves towards at more than 12 degrees; 1 when it can travel all of it.

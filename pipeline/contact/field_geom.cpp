@@ -5,20 +5,26 @@
 
 #include "pipeline/contact/field_contacts.hpp"
 #include "pipeline/contact/pair_contacts.hpp"
+#include "pipeline/contact/point_memory.hpp"
 #include "rt/assert.hpp"
 
 namespace tactus::contact {
 namespace {
 
-const DistanceField& field_of_geom(dGeomID geom) {
-  return *static_cast<const DistanceField*>(dGeomGetClassData(geom));
+struct FieldGeom {
+  DistanceField field;
+  PointMemory* memories = nullptr;
+};
+
+const FieldGeom& field_of_geom(dGeomID geom) {
+  return *static_cast<const FieldGeom*>(dGeomGetClassData(geom));
 }
 
 // dCollide writes contacts `skip` bytes apart, with the normal pointing into the first geom. The field comes
 // first, so the normal that pushes the body out is written negated.
 int collide(dGeomID field_geom, dGeomID body_geom, int flags, dContactGeom* out, int skip) {
   std::array<FieldContact, kFieldContactsMax> contacts;
-  const DistanceField& field = field_of_geom(field_geom);
+  const auto& [field, memories] = field_of_geom(field_geom);
   const dReal* p = dGeomGetPosition(body_geom);
   const Vec3d center{p[0], p[1], p[2]};
   const dBodyID body = dGeomGetBody(body_geom);
@@ -28,9 +34,10 @@ int collide(dGeomID field_geom, dGeomID body_geom, int flags, dContactGeom* out,
   const bool is_fast = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] > kImpactSpeed * kImpactSpeed;
   dVector3 gravity;
   dWorldGetGravity(dBodyGetWorld(body), gravity);
-  int count = field_contacts(field, *static_cast<const Shape*>(dGeomGetData(body_geom)), center, R_world_body,
-                             is_fast ? kImpactMarginM : kContactMarginM,
-                             {-gravity[0], -gravity[1], -gravity[2]}, contacts);
+  int count =
+      field_contacts(field, *static_cast<const Shape*>(dGeomGetData(body_geom)), center, R_world_body,
+                     is_fast ? kImpactMarginM : kContactMarginM, {-gravity[0], -gravity[1], -gravity[2]},
+                     contacts, memories + reinterpret_cast<std::uintptr_t>(dBodyGetData(body)));
   const int room = flags & 0xffff;
   if (count > room) count = room;
   for (int i = 0; i < count; ++i) {
@@ -54,16 +61,16 @@ void everywhere(dGeomID, dReal aabb[6]) {
 
 }  // namespace
 
-dGeomID create_field_geom(dSpaceID space, const DistanceField& field) {
+dGeomID create_field_geom(dSpaceID space, const DistanceField& field, std::span<PointMemory> memories) {
   dGeomClass description;
   std::memset(&description, 0, sizeof description);
-  description.bytes = sizeof(DistanceField);
+  description.bytes = sizeof(FieldGeom);
   description.collider = collider_for;
   description.aabb = everywhere;
   const int field_class = dCreateGeomClass(&description);
   dGeomID geom = dCreateGeom(field_class);
   TACTUS_ASSERT(geom != nullptr);
-  *static_cast<DistanceField*>(dGeomGetClassData(geom)) = field;
+  *static_cast<FieldGeom*>(dGeomGetClassData(geom)) = {field, memories.data()};
   dSpaceAdd(space, geom);
   return geom;
 }

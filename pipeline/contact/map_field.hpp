@@ -10,6 +10,7 @@ inline DistanceField field_of(const map::Reader& reader) {
   DistanceField field;
   field.context = &reader;
   field.truncation_m = reader.truncation_m();
+  field.slope_max = 3.4641017F * reader.truncation_m() / reader.voxel_size_m();
   field.sample_fn = [](const void* context, const Vec3f& p, map::DistanceSample& out) noexcept {
     return static_cast<const map::Reader*>(context)->sample(p, out);
   };

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "pipeline/contact/field_probe.hpp"
+#include "pipeline/contact/point_memory.hpp"
 #include "pipeline/contact/surface_points.hpp"
 
 namespace tactus::contact {
@@ -77,15 +78,18 @@ int spread(const Candidates& all, std::uint8_t group, std::span<FieldContact> ou
 }  // namespace
 
 void collect(const DistanceField& field, const Shape& shape, const Vec3d& center,
-             const Rotation& R_world_body, double spacing_m, double margin_m,
-             Candidates& candidates) noexcept {
+             const Rotation& R_world_body, double spacing_m, double margin_m, Candidates& candidates,
+             PointMemory* memory) noexcept {
   SurfacePoints surface;
   surface_points(shape, spacing_m, surface);
   std::array<float, SurfacePoints::kMax> distances_m;
-  surface_distances(field, surface, center, R_world_body, distances_m);
-  const Rotation R_body_world = R_world_body.transposed();
   // Projective distances fall by up to twice the way.
   const double near_m = margin_m + 2 * surface.sag_m;
+  if (memory != nullptr)
+    remembered_distances(field, surface, reach_m(shape), center, R_world_body, near_m, *memory, distances_m);
+  else
+    surface_distances(field, surface, center, R_world_body, distances_m);
+  const Rotation R_body_world = R_world_body.transposed();
   for (std::size_t i = 0; i < surface.count; ++i) {
     if (!is_in_band(field, static_cast<double>(distances_m[i]), near_m)) continue;
     const Vec3d& p_body = surface.points_m[i];

@@ -19,10 +19,10 @@ struct Candidates {
 };
 
 /// Adds the shape's points (surface_points.hpp, `spacing_m`) that are closer than `margin_m` to the field and
-/// that it pushes towards the shape's centre. Step phase; wait-free.
+/// that it pushes towards the shape's centre. `memory` as in field_contacts(). Step phase; wait-free.
 void collect(const DistanceField& field, const Shape& shape, const Vec3d& center_world_m,
-             const Rotation& R_world_body, double spacing_m, double margin_m,
-             Candidates& candidates) noexcept;
+             const Rotation& R_world_body, double spacing_m, double margin_m, Candidates& candidates,
+             PointMemory* memory = nullptr) noexcept;
 
 /// Groups the candidates by normal, seeded by the first member: three are enough for a box in a corner; what
 /// else there is joins the last. Four points of a single face hold a body; of three faces the one that

@@ -177,7 +177,8 @@ void set_surface(dContact& contact, const ContactLaw& law, const Touch& touch) {
 }  // namespace
 
 std::size_t World::bytes_needed(const WorldConfig& config) {
-  return rt::bytes_of<Slot>(config.bodies_capacity) + rt::bytes_of<BodyState>(config.bodies_capacity) +
+  return rt::bytes_of<Slot>(config.bodies_capacity) + rt::bytes_of<PointMemory>(config.bodies_capacity) +
+         rt::bytes_of<BodyState>(config.bodies_capacity) +
          rt::bytes_of<dJointFeedback>(config.contacts_capacity) +
          rt::bytes_of<Vec3d>(config.contacts_capacity) + rt::bytes_of<Manifold>(config.contacts_capacity) +
          rt::bytes_of<std::uint16_t>(config.bodies_capacity) + rt::bytes_of<dxGeom*>(config.bodies_capacity) +
@@ -206,6 +207,7 @@ rt::Result<void> World::bind(rt::Slice slice, const WorldConfig& config, const D
   materials_ = materials;
   slots_ = slice.take<Slot>(config.bodies_capacity);
   states_ = slice.take<BodyState>(config.bodies_capacity);
+  memories_ = slice.take<PointMemory>(config.bodies_capacity);
   feedbacks_ = slice.take<dJointFeedback>(config.contacts_capacity).data();
   feedback_normals_ = slice.take<Vec3d>(config.contacts_capacity);
   manifolds_ = slice.take<Manifold>(config.contacts_capacity);
@@ -250,7 +252,7 @@ rt::Result<void> World::bind(rt::Slice slice, const WorldConfig& config, const D
   if (!prove_plan())
     return rt::Error{rt::ExitCode::failed,
                      "contact: ODE needs more work memory than planned for this many bodies and contacts"};
-  field_geom_ = create_field_geom(space_, field);
+  field_geom_ = create_field_geom(space_, field, memories_);
   dGeomSetCategoryBits(field_geom_, kFieldBits);
   return {};
 }
@@ -327,6 +329,8 @@ rt::Status World::spawn(const BodySpec& spec, BodyId& id) noexcept {
   const auto generation = static_cast<std::uint16_t>(slot.generation == 0xffff ? 1 : slot.generation + 1);
   slot = {};
   slot.generation = generation;
+  memories_[index].count = 0;
+  memories_[index].turn = index;
   slot.shape = spec.shape;
   slot.material = spec.material;
   slot.properties = spec.properties != nullptr ? *spec.properties : materials_.of(spec.material);

@@ -29,6 +29,7 @@
 #include "pipeline/contact/contact_law.hpp"
 #include "pipeline/contact/distance_field.hpp"
 #include "pipeline/contact/ode_memory.hpp"
+#include "pipeline/contact/point_memory.hpp"
 #include "pipeline/contact/shape.hpp"
 #include "rt/slice.hpp"
 #include "rt/status.hpp"
@@ -228,6 +229,7 @@ class World {
   std::span<Slot> slots_;
   std::span<BodyState> states_;
   dJointFeedback* feedbacks_ = nullptr;  // contacts_capacity of them
+  std::span<PointMemory> memories_;      // one a slot
   std::span<Vec3d> feedback_normals_;
   std::span<Manifold> manifolds_;
   std::span<std::uint16_t> work_list_;
