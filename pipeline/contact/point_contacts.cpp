@@ -33,9 +33,10 @@ int spread(const Candidates& all, std::uint8_t group, std::span<FieldContact> ou
   middle = middle * (1 / members);
 
   constexpr double kTieM2 = 1e-8;
+  constexpr double kApartM2 = 1e-6;  // two points closer than a millimetre hold no better than one
   const auto farthest = [&](auto&& measure) {
     std::size_t best = all.count;
-    double best_value = 1e-12;
+    double best_value = kApartM2;
     for (std::size_t i = 0; i < all.count; ++i) {
       if (!is_member(i)) continue;
       const double value = measure(all.items[i]);

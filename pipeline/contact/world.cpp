@@ -16,7 +16,10 @@
 namespace tactus::contact {
 namespace {
 
-constexpr int kSolverIterations = 20;
+// Over-relaxed by more than ODE's 1.3, 16 iterations leave what 20 left: 196 single bodies woken every step
+// creep by 0.064 mm in 5 s (median; 0.38 mm at most) for 0.073 (0.37); 12 leave three times as much at most.
+constexpr int kSolverIterations = 16;
+constexpr double kOverRelaxation = 1.4;
 /// Slower impacts do not bounce and make no event. Above what gravity adds in one step (0.082 m/s), so that a
 /// body at rest never bounces on its own weight.
 constexpr double kBounceSpeed = 0.15;
@@ -225,6 +228,7 @@ rt::Result<void> World::bind(rt::Slice slice, const WorldConfig& config, const D
   const Vec3d& g = config.gravity_world_m_per_s2;
   dWorldSetGravity(world_, g.x, g.y, g.z);
   dWorldSetQuickStepNumIterations(world_, kSolverIterations);
+  dWorldSetQuickStepW(world_, kOverRelaxation);
   dWorldSetContactSurfaceLayer(world_, kContactMarginM);
   dWorldSetContactMaxCorrectingVel(world_, kPushOutSpeedMax);
   dWorldSetERP(world_, kErp);
