@@ -47,6 +47,8 @@ void XServer::kill() {
 
 Person::Person(const XServer& server) : connection_(XOpenDisplay(server.name().c_str())) {
   if (connection_ == nullptr) std::abort();
+  // Who looks at a window before it is on the screen sees nothing; by default Xlib ends the program for that.
+  XSetErrorHandler([](::Display*, XErrorEvent*) { return 0; });
 }
 Person::~Person() { XCloseDisplay(connection_); }
 

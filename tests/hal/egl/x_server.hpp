@@ -41,6 +41,8 @@ class Person {
   Person(const Person&) = delete;
   Person& operator=(const Person&) = delete;
 
+  /// Whether there is a window yet; the others work on one that is there.
+  [[nodiscard]] bool has_window() { return window() != 0; }
   void move_pointer(int x_px, int y_px);
   void press_button(unsigned button);
   void release_button(unsigned button);
