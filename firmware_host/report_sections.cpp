@@ -399,10 +399,13 @@ std::string game_section(const RunResult& r) {
   if (g.throws + g.shots == 0 && r.display.film.empty()) return {};
   std::string body;
   if (!r.display.film.empty()) {
+    // Of a film that has not begun browsers show nothing; the moment in the address makes them show that
+    // picture.
     body += "<figure class=\"film\"><video controls=\"controls\" preload=\"metadata\" src=\"" +
-            escaped(r.display.film) + "\"></video><figcaption><a href=\"" + escaped(r.display.film) + "\">" +
-            escaped(r.display.film) + "</a>, " + plural(r.display.pictures_recorded, "picture", "pictures") +
-            " at " + shortest(r.frame_rate_hz) + " Hz" +
+            escaped(r.display.film) + "#t=0.01\"></video><figcaption><a href=\"" + escaped(r.display.film) +
+            "\">" + escaped(r.display.film) + "</a>, " +
+            plural(r.display.pictures_recorded, "picture", "pictures") + " at " + shortest(r.frame_rate_hz) +
+            " Hz" +
             (r.display.sound.empty() ? "."
                                      : "; its sound alone is <a href=\"" + escaped(r.display.sound) + "\">" +
                                            escaped(r.display.sound) + "</a>.") +

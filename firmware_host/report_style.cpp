@@ -36,7 +36,7 @@ section>p.about{color:var(--soft);max-width:80ch;margin:-8px 0 16px}
 .tag.warning{background:var(--warn-bg);color:var(--budget)}
 figure{margin:0}img{display:block;width:100%;height:auto;border-radius:6px;background:var(--track);image-rendering:auto}
 figcaption{font-size:13px;color:var(--soft);margin-top:6px}figcaption b{color:var(--ink);font-weight:600}
-figure.film video{display:block;width:100%;max-height:70vh;border-radius:6px;background:#000}a{color:var(--accent)}
+figure.film video{display:block;width:100%;max-height:480px;border-radius:6px;background:#000}a{color:var(--accent)}
 .tiles.inner{grid-template-columns:repeat(auto-fit,minmax(170px,1fr));margin:18px 0 22px}.tiles.inner .tile{background:var(--bg)}
 .pictures{display:grid;grid-template-columns:repeat(2,1fr);gap:20px}.pictures figure.wide{grid-column:1/-1}
 .pair{display:grid;grid-template-columns:repeat(auto-fit,minmax(340px,1fr));gap:20px}

@@ -105,6 +105,37 @@ TEST(Report, HostileStringsStayText) {
   EXPECT_TRUE(contains(html, "&lt;script&gt;alert(&#39;x&#39;)"));
 }
 
+TEST(Report, GameShowsItsFilmItsCountsAndWhatImpactsCameTo) {
+  RunResult r = test::sample_run();
+  r.display.film = "video.mp4";
+  r.display.sound = "sound.wav";
+  r.display.pictures_recorded = 300;
+  r.game.throws = 17;
+  r.game.broken = 5;
+  r.events = {{{}, 3, "throw", "ceramic is thrown", std::nullopt, {}, {}}};
+  for (const char* outcome : {"broke", "intact", "broke"}) {
+    RunEvent event;
+    event.kind = "contact";
+    event.material = material_from_name("wood");
+    event.values = {{"energy_j", 2.5}, {"chips", 4}};
+    event.outcome = outcome;
+    r.events.push_back(event);
+  }
+  const std::string html = report_of(r);
+  EXPECT_EQ(structure_error(html), "");
+  EXPECT_TRUE(contains(html, "<section id=\"game\">"));
+  EXPECT_TRUE(contains(html, "src=\"video.mp4"));
+  EXPECT_TRUE(contains(html, "href=\"sound.wav\""));
+  EXPECT_TRUE(contains(html, "<div class=\"figure\">17</div><div class=\"detail\">5 broken"));
+  EXPECT_TRUE(contains(html,
+                       "wood</td><td class=\"n\">3</td><td class=\"n\">2</td><td class=\"n\">1</td>"
+                       "<td class=\"n\">12</td><td class=\"n\">2.50</td>"));
+  r.display.film = "\"><script>";
+  EXPECT_FALSE(contains(report_of(r), "<script"));
+  r = test::sample_run();
+  EXPECT_FALSE(contains(report_of(r), "id=\"game\"")) << "nothing was thrown";
+}
+
 TEST(Report, EmptyRunGivesAPageWithoutEmptySections) {
   RunResult r;
   r.source = "nothing";
