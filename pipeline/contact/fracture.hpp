@@ -6,7 +6,8 @@
 //   share = 1 / (1 + k_body / k_contact),  k_contact = E_surface L,  k_body = 1.65 E_body h^3 / a^2
 // (the middle of a simply supported round plate, Roark's Formulas, 7th ed., table 11.2, nu = 0.22). It breaks when that
 // share exceeds what it holds elastically: 1/9 sigma^2 / (2 E) of its volume (a beam's bending stress is triangular both
-// along and across).
+// along and across). Of a surface that may be one thing or another, what is more probable happens: it breaks where the
+// materials that break it have more than half of the posterior.
 #pragma once
 
 #include "pipeline/contact/contact_law.hpp"

@@ -54,6 +54,20 @@ TEST(Fracture, PosteriorGivesTheExpectedShare) {
   EXPECT_NEAR(bending_share(kPlate, kCeramic, {}, table), bending_share(kPlate, kCeramic, only("other"), table), 1e-12);
 }
 
+TEST(Fracture, PlateBreaksWhereThatIsMoreProbableThanNot) {
+  const MaterialTable table = default_material_table();
+  const double mass = kPlate.volume_m3 * table.of(kCeramic).density_kg_per_m3;
+  for (const float hard : {0.0F, 0.1F, 0.3F, 0.45F, 0.55F, 0.7F, 0.9F, 1.0F})
+    for (const float scale : {1.0F, 0.5F}) {  // a posterior need not sum to one
+      MaterialDistribution mixed{};
+      mixed[material_from_name("wood")] = scale * hard * 0.5F;
+      mixed[material_from_name("stone")] = scale * hard * 0.5F;
+      mixed[material_from_name("fabric")] = scale * (1 - hard);
+      const Outcome sut = judge_impact(kPlate, kCeramic, table.of(kCeramic), mixed, impact_energy_j(mass, 5), table).outcome;
+      EXPECT_EQ(sut == Outcome::broke, hard > 0.5F) << hard;
+    }
+}
+
 TEST(Fracture, SolidBodyDoesNotBreakHoweverFast) {
   const MaterialTable table = default_material_table();
   const ImpactVerdict verdict = judge_impact({}, kCeramic, table.of(kCeramic), only("stone"), 1e6, table);
