@@ -14,8 +14,6 @@
 namespace tactus::firmware {
 namespace {
 
-constexpr std::size_t kOutcomesCount = kContactOutcomeNames.size();
-
 /// Whether a contact went as expected, by its id.
 using Matches = std::map<std::uint64_t, bool>;
 
@@ -122,13 +120,13 @@ std::string plausibility_text(const Plausibility& plausibility) {
   }
   for (const ConditionShare& s : plausibility.shares) {
     text += "\n" + s.name + ": what was expected (rows) and what came (columns)\n  " + padded("", 18);
-    for (const char* name : kContactOutcomeNames)
-      text += std::string(18 - std::string_view(name).size(), ' ') + name;
+    for (const std::string_view name : contact::kOutcomeNames)
+      text += std::string(18 - name.size(), ' ') + std::string(name);
     text += "\n";
-    for (std::size_t expected = 0; expected < kOutcomesCount; ++expected) {
+    for (std::size_t expected = 0; expected < contact::kOutcomesCount; ++expected) {
       const auto& row = s.counts[expected];
       if (std::all_of(row.begin(), row.end(), [](std::size_t count) { return count == 0; })) continue;
-      text += "  " + padded(kContactOutcomeNames[expected], 18);
+      text += "  " + padded(std::string(contact::kOutcomeNames[expected]), 18);
       for (const std::size_t count : row) {
         const std::string digits = std::to_string(count);
         text += std::string(18 - std::min<std::size_t>(17, digits.size()), ' ') + digits;
@@ -143,10 +141,10 @@ nlohmann::json plausibility_json(const Plausibility& plausibility) {
   nlohmann::json json = {{"conditions", nlohmann::json::array()}, {"pairs", nlohmann::json::array()}};
   for (const ConditionShare& s : plausibility.shares) {
     nlohmann::json outcomes = nlohmann::json::object();
-    for (std::size_t expected = 0; expected < kOutcomesCount; ++expected)
-      for (std::size_t actual = 0; actual < kOutcomesCount; ++actual)
+    for (std::size_t expected = 0; expected < contact::kOutcomesCount; ++expected)
+      for (std::size_t actual = 0; actual < contact::kOutcomesCount; ++actual)
         if (s.counts[expected][actual] > 0)
-          outcomes[kContactOutcomeNames[expected]][kContactOutcomeNames[actual]] = s.counts[expected][actual];
+          outcomes[contact::kOutcomeNames[expected]][contact::kOutcomeNames[actual]] = s.counts[expected][actual];
     json["conditions"].push_back({{"name", s.name},
                                   {"n", s.n},
                                   {"as_expected", s.matches},

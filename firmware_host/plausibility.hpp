@@ -11,18 +11,15 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/contact/fracture.hpp"
 #include "rt/status.hpp"
 
 namespace tactus::firmware {
 
-enum class ContactOutcome : unsigned char { through, intact, bounced, broke, broke_with_chips };
-inline constexpr std::array<const char*, 5> kContactOutcomeNames = {"through", "intact", "bounced", "broke",
-                                                                    "broke_with_chips"};
-
 struct JudgedContact {
   std::uint64_t id = 0;  // the same for the same contact of the same throw in every condition
-  ContactOutcome expected = ContactOutcome::through;  // by the true material
-  ContactOutcome actual = ContactOutcome::through;
+  contact::Outcome expected = contact::Outcome::through;  // by the true material
+  contact::Outcome actual = contact::Outcome::through;
 };
 
 struct PlausibilityCondition {
@@ -45,7 +42,7 @@ struct ConditionShare {
   std::size_t n = 0, matches = 0;
   double share = 0;
   Interval ci95;
-  std::array<std::array<std::size_t, 5>, 5> counts{};  // [expected][actual]
+  std::array<std::array<std::size_t, contact::kOutcomesCount>, contact::kOutcomesCount> counts{};  // [expected][actual]
 };
 
 struct ConditionPair {

@@ -14,7 +14,7 @@
 namespace tactus::firmware {
 namespace {
 
-using enum ContactOutcome;
+using enum contact::Outcome;
 
 TEST(Wilson95, IsThatOfNewcombesTable) {
   // Newcombe (1998), Statistics in Medicine 17, table I, method 3.
@@ -84,7 +84,7 @@ TEST(McNemarExact, IsTheSumOverAllOutcomesAtLeastAsRare) {
 std::vector<PlausibilityCondition> three_conditions() {
   std::vector<PlausibilityCondition> conditions = {{"none", {}}, {"uniform", {}}, {"semantic", {}}};
   for (std::uint64_t id = 0; id < 12; ++id) {
-    const ContactOutcome expected = id < 6 ? broke : id < 10 ? bounced : intact;
+    const contact::Outcome expected = id < 6 ? broke : id < 10 ? bounced : intact;
     conditions[0].contacts.push_back({id, expected, through});
     if (id < 11) conditions[1].contacts.push_back({id, expected, broke});
     conditions[2].contacts.push_back({id, expected, id == 0 ? broke_with_chips : expected});
@@ -152,7 +152,7 @@ TEST(Plausibility, TextAndJsonSayTheSame) {
     EXPECT_NE(text.find(part), std::string::npos) << part << "\n" << text;
   const auto json = plausibility_json(*sut);
   EXPECT_EQ(json["conditions"][2]["as_expected"], 11);
-  EXPECT_EQ(json["conditions"][2]["outcomes"]["broke"]["broke_with_chips"], 1);
+  EXPECT_EQ(json["conditions"][2]["outcomes"]["broke"]["broke with chips"], 1);
   EXPECT_EQ(json["pairs"][0]["only_second"], 6);
   EXPECT_DOUBLE_EQ(json["pairs"][0]["p"], 6.0 / 64);
   EXPECT_NEAR(json["conditions"][2]["ci95"][0], 0.6461, 0.0001);
