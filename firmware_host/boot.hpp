@@ -1,5 +1,5 @@
-// The first half of every session, whatever it is for: the source with what must be known of it, and a pipeline in sealed
-// memory.
+// The first half of every session, whatever it is for: the source with what must be known of it, and a
+// pipeline in sealed memory.
 #pragma once
 
 #include <filesystem>
@@ -29,12 +29,13 @@ struct OpenedSource {
   LabelChoice labels;
 };
 
-/// Opens the source, finds out where down is and chooses what labels it. `wrap` may put other cameras in the place of the
-/// sensor's as soon as it is open. Errors as `tactus run`. Boot.
+/// Opens the source, finds out where down is and chooses what labels it. `wrap` may put other cameras in the
+/// place of the sensor's as soon as it is open. Errors as `tactus run`. Boot.
 rt::Result<OpenedSource> open_for_pipeline(const SourceRequest& request, const RunSettings& settings,
                                            const std::function<rt::Result<void>(hal::Sensor&)>& wrap = {});
 
-/// What the source and the settings decide of a setup, which points into both of the former; the built-in materials. Pure.
+/// What the source and the settings decide of a setup, which points into both of the former; the built-in
+/// materials. Pure.
 PipelineSetup setup_for(OpenedSource& source, const RunSettings& settings);
 
 /// A pipeline with all the memory it will ever have.

@@ -51,6 +51,32 @@ void add_crf(CLI::App& app, std::string& crf) {
       ->capture_default_str();
 }
 
+void add_model(CLI::App& app, std::filesystem::path& model) {
+  app.add_option("--model", model,
+                 "Network that labels keyframes: a .tflite file, builtin, or none (default: the source's "
+                 "exact labels where it has them, else builtin)")
+      ->type_name("FILE.tflite|builtin|none")
+      ->check(CLI::ExistingFile | CLI::IsMember({"builtin", "none"}));
+}
+
+void add_materials(CLI::App& app, std::filesystem::path& materials) {
+  app.add_option("--materials", materials, "Table of materials (.toml) instead of the built-in one")
+      ->type_name("FILE")
+      ->check(CLI::ExistingFile);
+}
+
+void add_script(CLI::App& app, std::filesystem::path& script) {
+  app.add_option("--script", script, "What is thrown and shot and who walks, when and where (TOML), instead of the app's own")
+      ->type_name("FILE")
+      ->check(CLI::ExistingFile);
+}
+
+void add_gravity(CLI::App& app, std::string& gravity) {
+  app.add_option("--gravity", gravity,
+                 "Direction of gravity in the first depth frame, when the source does not know it")
+      ->type_name("X,Y,Z");
+}
+
 void add_run(CLI::App& root, const PipelineCommands& pipeline, RunOptions& o, Command& command) {
   CLI::App* app =
       root.add_subcommand("run", "Track the camera, map and label the room, let things bounce in it");
@@ -66,21 +92,13 @@ void add_run(CLI::App& root, const PipelineCommands& pipeline, RunOptions& o, Co
       ->check(CLI::IsMember({"realtime", "lockstep"}))
       ->capture_default_str();
   add_profile(*app, o.profile, o.settings);
-  app->add_option("--model", o.model,
-                  "Network that labels keyframes: a .tflite file, builtin, or none (default: the source's "
-                  "exact labels where it has them, else builtin)")
-      ->type_name("FILE.tflite|builtin|none")
-      ->check(CLI::ExistingFile | CLI::IsMember({"builtin", "none"}));
-  app->add_option("--materials", o.materials, "Table of materials (.toml) instead of the built-in one")
-      ->type_name("FILE")
-      ->check(CLI::ExistingFile);
+  add_model(*app, o.model);
+  add_materials(*app, o.materials);
   app->add_option("--app", o.app,
                   "What happens in the room: balls (none), bullets, or plates; the games leave video.mp4 and sound.wav in --out")
       ->check(CLI::IsMember({"none", "shooting", "plates"}))
       ->capture_default_str();
-  app->add_option("--script", o.script, "What is thrown and shot and who walks, when and where (TOML), instead of the app's own")
-      ->type_name("FILE")
-      ->check(CLI::ExistingFile);
+  add_script(*app, o.script);
   app->add_option("--collision", o.collision,
                   "How real surfaces act on virtual things: not at all, all alike, or by material")
       ->check(CLI::IsMember({"none", "uniform", "semantic"}))
@@ -88,9 +106,7 @@ void add_run(CLI::App& root, const PipelineCommands& pipeline, RunOptions& o, Co
   app->add_option("--display", o.display, "Show the view in a window; H there names the keys")
       ->check(CLI::IsMember({"none", "window"}))
       ->capture_default_str();
-  app->add_option("--gravity", o.gravity,
-                  "Direction of gravity in the first depth frame, when the source does not know it")
-      ->type_name("X,Y,Z");
+  add_gravity(*app, o.gravity);
   add_frames(*app, o.frames);
   app->add_flag("--json", o.is_json, "Print summary.json to standard output");
   app->callback([&] { command = [&] { return pipeline.run(o); }; });
@@ -121,9 +137,7 @@ void add_eval_labels(CLI::App& eval, const PipelineCommands& pipeline, EvalLabel
   app->add_option("--model", o.model, "Network that labels keyframes (.tflite)")->type_name("FILE");
   add_crf(*app, o.crf);
   add_profile(*app, o.profile, o.settings);
-  app->add_option("--gravity", o.gravity,
-                  "Direction of gravity in the first depth frame, when the source does not know it")
-      ->type_name("X,Y,Z");
+  add_gravity(*app, o.gravity);
   app->add_option(
          "--every", o.every,
          "Score the first frame with truth and every Nth after it (default 12, or 1 when there are at "
@@ -251,6 +265,68 @@ void add_study_form(CLI::App& study, const PipelineCommands& pipeline, StudyForm
   app->callback([&command, &o, run = pipeline.study_form] { command = [&o, run] { return run(o); }; });
 }
 
+void add_study_clips(CLI::App& study, const PipelineCommands& pipeline, StudyClipsOptions& o, Command& command) {
+  CLI::App* app = study.add_subcommand(
+      "clips", "Film one script under the three conditions of the user study: none.mp4, uniform.mp4, semantic.mp4");
+  app->add_option("SOURCE", o.run.source, "Where frames come from (below)")->type_name("")->capture_default_str();
+  app->add_option("--out", o.run.out, "Folder that receives the clips and clips.json")->required()->type_name("DIR");
+  app->add_option("--app", o.run.app, "What is done where no script says it")
+      ->check(CLI::IsMember({"shooting", "plates"}))
+      ->capture_default_str();
+  add_script(*app, o.run.script);
+  add_profile(*app, o.run.profile, o.run.settings);
+  add_model(*app, o.run.model);
+  add_materials(*app, o.run.materials);
+  add_gravity(*app, o.run.gravity);
+  add_frames(*app, o.run.frames);
+  add_json(*app, o.run.is_json);
+  app->footer(
+      "The source is played three times in lockstep, so that camera path, map, throws and shots are the same in each clip;\n"
+      "only what real surfaces do differs. The clips have sound.\n" +
+      std::string(source_help()));
+  app->callback([&command, &o, run = pipeline.study_clips] { command = [&o, run] { return run(o); }; });
+}
+
+void add_study_plausibility(CLI::App& study, const PipelineCommands& pipeline, StudyPlausibilityOptions& o,
+                            Command& command) {
+  CLI::App* app = study.add_subcommand(
+      "plausibility", "How often thrown things do what the true material would make them do, under the three conditions");
+  app->add_option("--rooms", o.rooms, "Synthetic rooms")
+      ->type_name("ROOM,...")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"bedroom", "office"}))
+      ->capture_default_str();
+  app->add_option("--throws", o.throws_count, "Plates and glasses thrown in each room")
+      ->type_name("N")
+      ->check(CLI::Range(1, 250))
+      ->capture_default_str();
+  app->add_option("--length", o.frames_count, "Frames of each room")
+      ->type_name("N")
+      ->check(CLI::Range(90, 100'000))
+      ->capture_default_str();
+  app->add_option("--mode", o.mode, "Image size of the rooms")
+      ->check(CLI::IsMember({"640x480", "960x540", "320x240"}))
+      ->capture_default_str();
+  app->add_option("--labels", o.labels, "Where labels come from: a network, as in the product, or the rooms' exact ones")
+      ->check(CLI::IsMember({"network", "truth"}))
+      ->capture_default_str();
+  app->add_option("--seed", o.seed, "Of the throws")->type_name("N")->capture_default_str();
+  app->add_option("--model", o.model, "Network instead of the built-in one (.tflite)")
+      ->type_name("FILE")
+      ->check(CLI::ExistingFile);
+  add_materials(*app, o.materials);
+  add_profile(*app, o.profile, o.settings);
+  app->add_option("--out", o.out, "Folder that receives plausibility.json")->type_name("DIR");
+  add_json(*app, o.is_json);
+  app->footer(
+      "Each room is played once a condition, with the same throws. Judged is the first contact of each throw with a real\n"
+      "surface: what happened against what the impact law says of the true material there, at the same speed. A throw that\n"
+      "flies through a true surface that the map does not have counts as `through`, one that is stopped where nothing is is\n"
+      "judged against `through`; one that met another virtual thing first is left out of all conditions. With --labels truth\n"
+      "what is left is not the network's: surfaces that are not mapped or not labelled yet.");
+  app->callback([&command, &o, run = pipeline.study_plausibility] { command = [&o, run] { return run(o); }; });
+}
+
 void add_convert(CLI::App& root, ConvertOptions& o, Command& command) {
   CLI::App* app = root.add_subcommand(
       "convert", "Write a source as a recording folder, with poses and labels where known");
@@ -344,6 +420,8 @@ int run_command_line(int argc, const char* const* argv, const PipelineCommands& 
   StudyOptions study_options;
   StudyStatsOptions study_stats_options;
   StudyFormOptions study_form_options;
+  StudyClipsOptions study_clips_options;
+  StudyPlausibilityOptions study_plausibility_options;
   ConvertOptions convert_options;
   InfoOptions info_options;
   QueryOptions query_options;
@@ -354,9 +432,14 @@ int run_command_line(int argc, const char* const* argv, const PipelineCommands& 
   if (pipeline.run) add_run(root, pipeline, run_options, command);
   add_eval(root, pipeline, trajectory_options, surface_options, labels_options, command);
   study_options.command = run_options.command;
+  study_clips_options.run.command = run_options.command;
+  study_plausibility_options.command = run_options.command;
   if (pipeline.study_accuracy) {
     CLI::App* study = add_study(root, pipeline, study_options, study_stats_options, command);
     if (pipeline.study_form) add_study_form(*study, pipeline, study_form_options, command);
+    if (pipeline.study_clips) add_study_clips(*study, pipeline, study_clips_options, command);
+    if (pipeline.study_plausibility)
+      add_study_plausibility(*study, pipeline, study_plausibility_options, command);
   }
   add_convert(root, convert_options, command);
   add_info(root, info_options, command);

@@ -18,6 +18,8 @@ int main(int argc, char** argv) {
   pipeline.study_keyframes = tactus::firmware::study_keyframes;
   pipeline.study_stats = tactus::firmware::study_stats;
   pipeline.study_form = tactus::firmware::study_form;
+  pipeline.study_clips = tactus::firmware::study_clips;
+  pipeline.study_plausibility = tactus::firmware::study_plausibility;
   pipeline.query = tactus::firmware::query;
   pipeline.plan = tactus::firmware::plan;
   pipeline.wiring = tactus::firmware::wiring;

@@ -97,6 +97,31 @@ struct StudyFormOptions {
   bool is_embedded = false;  // the clips are in the page
 };
 
+/// `tactus study clips`. Of `run`, runner, collision and display are set by the study.
+struct StudyClipsOptions {
+  RunOptions run;
+  StudyClipsOptions() {
+    run.source = "synthetic:bedroom";
+    run.app = "plates";
+  }
+};
+
+/// `tactus study plausibility`.
+struct StudyPlausibilityOptions {
+  std::vector<std::string> rooms = {"bedroom", "office"};
+  int throws_count = 40;            // in each room
+  int frames_count = 300;           // of each room
+  std::string mode = "320x240";     // of their cameras
+  std::string labels = "network";   // network | truth
+  std::uint64_t seed = 1;           // of the throws
+  std::filesystem::path out;        // folder for plausibility.json; empty: nothing is written
+  std::filesystem::path model, materials;
+  std::string profile = "x86";
+  std::vector<std::string> settings;
+  bool is_json = false;
+  std::string command;  // the whole command line, for the report
+};
+
 /// `tactus convert`.
 struct ConvertOptions {
   std::string source;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cinttypes>
 #include <cmath>
 #include <map>
 #include <opencv2/imgcodecs.hpp>
@@ -11,6 +10,7 @@
 #include "firmware_host/html.hpp"
 #include "firmware_host/report.hpp"
 #include "firmware_host/report_plot.hpp"
+#include "firmware_host/summary.hpp"
 
 namespace tactus::firmware {
 namespace {
@@ -48,12 +48,6 @@ std::string percent(double share) {
 
 std::string plural(std::uint64_t count, const std::string& one, const std::string& many) {
   return grouped(count) + " " + (count == 1 ? one : many);
-}
-
-std::string hexadecimal(std::uint64_t value) {
-  std::array<char, 17> text{};
-  std::snprintf(text.data(), text.size(), "%016" PRIx64, value);
-  return text.data();
 }
 
 /// The overlay's colour of a material and its name.

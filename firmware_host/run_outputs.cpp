@@ -19,6 +19,9 @@
 #include "rt/heap_guard.hpp"
 
 namespace tactus::firmware {
+
+std::uint64_t map_hash(const map::Map::Hash& hash) { return hash.geometry ^ (hash.labels * 1099511628211ull); }
+
 namespace {
 
 LatencySummary summary_of(const rt::Histogram& histogram) {
@@ -89,7 +92,7 @@ void add_map(RunResult& result, const map::Map& map) {
   const map::Map::Hash hash = map.hash_content();
   result.geometry_hash = hash.geometry;
   result.label_hash = hash.labels;
-  result.map_hash = hash.geometry ^ (hash.labels * 1099511628211ull);
+  result.map_hash = map_hash(hash);
 }
 
 void add_labels(RunResult& result, const RunFacts& facts, const Pipeline& pipeline, const map::Mesh& mesh) {

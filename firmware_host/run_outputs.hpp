@@ -29,6 +29,9 @@ struct RunFacts {
   std::string film = {}, sound = {};    // file names in the folder; empty: not written
 };
 
+/// The summary's map_hash. Pure.
+std::uint64_t map_hash(const map::Map::Hash& hash);
+
 class RunOutputs {
  public:
   /// Makes the folder and tries to write in it. `folder` empty: nothing will be written. Boot.

@@ -57,7 +57,7 @@ rt::Result<void> Session::open_screen(const hal::Intrinsics& camera) {
 
 /// A film has its sound; a window is heard, too.
 void Session::open_mixer() {
-  if (request_.sound.empty() && !is_seen()) return;
+  if (request_.movie.empty() && request_.sound.empty() && !is_seen()) return;
   auto created = hal::openal::LoopbackMixer::create();
   if (!created) {
     notes_.push_back({Note::Kind::warning, "No sound: " + created.error().message});
@@ -78,8 +78,8 @@ rt::Result<std::unique_ptr<Session>> Session::open(SessionRequest request) {
 
   // A recording decodes ahead on threads of its own, so that the pipeline's never wait for a disk.
   const std::size_t prefetch = options.runner == "lockstep" ? 0 : 8;
-  auto source = open_for_pipeline({options.source, {options.frames, prefetch}, options.gravity, options.model},
-                                  session->settings_);
+  auto source = open_for_pipeline(
+      {options.source, {options.frames, prefetch}, options.gravity, options.model}, session->settings_);
   if (!source) return source.error();
   session->source_ = std::move(*source);
   const hal::RigCalibration& rig = session->source_.sensor.calibration;
@@ -149,7 +149,8 @@ rt::Result<void> Session::play() {
   if (request_.options.runner == "lockstep") {
     wall_s_ = run_lockstep(pipeline, sensor.frame_rate_hz, sensor.frames_count, presenter, recorder_.get());
   } else {
-    auto ran = run_realtime(pipeline, sensor.frame_rate_hz, false, sensor.frames_count, presenter, recorder_.get());
+    auto ran =
+        run_realtime(pipeline, sensor.frame_rate_hz, false, sensor.frames_count, presenter, recorder_.get());
     if (!ran) return ran.error();
     wall_s_ = *ran;
   }

@@ -1,5 +1,5 @@
-// One session of the product from its options to the end of the source: what `tactus run` does before it writes its files,
-// and what the user study's commands do once a condition.
+// One session of the product from its options to the end of the source: what `tactus run` does before it
+// writes its files, and what the user study's commands do once a condition.
 #pragma once
 
 #include <filesystem>
@@ -31,21 +31,25 @@ struct SessionRequest {
 /// interact::App by the name on the command line, which has checked it.
 interact::App app_of(const RunOptions& options);
 
-/// Everything a session holds; not movable, the parts point to each other. One at a time in a process: ODE's memory is the
-/// process's.
+/// Everything a session holds; not movable, the parts point to each other. One at a time in a process: ODE's
+/// memory is the process's.
 class Session {
  public:
-  /// Configuration, source, screen, sound, memory, in this order; nothing is written yet. Errors: one sentence. Boot.
+  /// Configuration, source, screen, sound, memory, in this order; nothing is written yet. Errors: one
+  /// sentence. Boot.
   static rt::Result<std::unique_ptr<Session>> open(SessionRequest request);
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
-  /// Creates the film's files and plays to the source's end, or until SIGINT or SIGTERM. An error: nothing was played. Once.
+  /// Creates the film's files and plays to the source's end, or until SIGINT or SIGTERM. An error: nothing
+  /// was played. Once.
   rt::Result<void> play();
 
   /// Whether film and sound could be written to their end.
   [[nodiscard]] const rt::Result<void>& recorded() const { return recorded_; }
-  [[nodiscard]] std::uint64_t pictures_recorded() const { return recorder_ ? recorder_->pictures_written() : 0; }
+  [[nodiscard]] std::uint64_t pictures_recorded() const {
+    return recorder_ ? recorder_->pictures_written() : 0;
+  }
   /// Whether the film has pictures; without, notes() says why.
   [[nodiscard]] bool has_film() const { return recorder_ && recorder_->has_pictures(); }
   /// Files of the film and of its sound that are whole; empty where there are none.

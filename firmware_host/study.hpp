@@ -24,4 +24,12 @@ rt::Result<std::string> study_stats(const StudyStatsOptions& options);
 /// Writes the study's questionnaire as a web page around the clips of a folder; firmware_host/study_form.hpp.
 rt::Result<std::string> study_form(const StudyFormOptions& options);
 
+/// Films one script under each of the paper's three conditions (section V-B), all else equal: NAME.mp4 for each and
+/// clips.json in options.run.out. device_unavailable where nothing can be drawn or encoded.
+rt::Result<std::string> study_clips(const StudyClipsOptions& options);
+
+/// How often what is thrown does as the true material would have it, under each of the three conditions;
+/// firmware_host/plausible_throws.hpp says how that is measured. plausibility.json in options.out.
+rt::Result<std::string> study_plausibility(const StudyPlausibilityOptions& options);
+
 }  // namespace tactus::firmware

@@ -9,15 +9,16 @@
 #include "firmware_host/output_file.hpp"
 
 namespace tactus::firmware {
-namespace {
-
-using nlohmann::json;
 
 std::string hexadecimal(std::uint64_t value) {
   std::array<char, 17> text{};
   std::snprintf(text.data(), text.size(), "%016" PRIx64, value);
   return text.data();
 }
+
+namespace {
+
+using nlohmann::json;
 
 json latency_json(const LatencySummary& latency) {
   return {{"p50", latency.p50},

@@ -13,6 +13,9 @@ namespace tactus::firmware {
 /// figures that are unknown (no truth) are left out.
 nlohmann::json summary_json(const RunResult& result);
 
+/// 16 digits.
+std::string hexadecimal(std::uint64_t value);
+
 /// Indented, ends with a line feed; bytes that are not UTF-8 become U+FFFD.
 std::string to_text(const nlohmann::json& json);
 

@@ -1,4 +1,4 @@
-// `tactus study stats` and `tactus study form` as the program has them.
+// `tactus study` as the program has it.
 #pragma once
 
 #include <string>
@@ -17,6 +17,8 @@ inline Outcome call_study(std::vector<std::string> words) {
   commands.study_keyframes = firmware::study_keyframes;
   commands.study_stats = firmware::study_stats;
   commands.study_form = firmware::study_form;
+  commands.study_clips = firmware::study_clips;
+  commands.study_plausibility = firmware::study_plausibility;
   words.insert(words.begin(), "study");
   return call_tactus(words, commands);
 }
