@@ -24,7 +24,7 @@ struct Profile {
   map::RefineConfig refine = map::RefineConfig::for_cells(19456);  // fewer where memory_bytes_max leaves less
   int threads_count = 1;                              // of the spine's fork-join; results do not depend on it
   std::size_t network_bytes = std::size_t{48} << 20;  // taken only when a network is loaded
-  std::size_t trace_records_count = 7680;  // per thread, 40 bytes each: the last 50 s of a 30 Hz session
+  std::size_t trace_records_count = 6144;  // per thread, 40 bytes each: the last 40 s of a 30 Hz session
   std::size_t memory_bytes_max = std::size_t{96} << 20;  // of the plan, without the network
 };
 
