@@ -270,7 +270,7 @@ TEST_F(Games, ShotsAreLouderOnTheirSideAndTheirMaterialsSoundDifferent) {
   for (std::size_t i = 0; i < 2; ++i) {
     const json& hit = hits[i];
     EXPECT_GT(hit["probability"].get<double>(), 0.5);
-    EXPECT_EQ(hit["energy_j"].get<double>(), 5);
+    EXPECT_EQ(hit["energy_j"].get<double>(), 60);
     EXPECT_TRUE(hit.contains("mark")) << hit;
     EXPECT_GT(hit["chips"].get<int>(), 0);
     EXPECT_GT(hit["chips_mass_kg"].get<double>(), 0);
