@@ -20,7 +20,7 @@ packages_run=(
   # A window, when there is a screen; the screen itself, where no window system has it.
   libx11-dev libdrm-dev libgbm-dev
   # Sound in space (OpenAL Soft, HRTF), with or without a sound card; video.mp4 with its sound.
-  libopenal-dev libavformat-dev libavcodec-dev libavutil-dev libswscale-dev
+  libopenal-dev libasound2 libavformat-dev libavcodec-dev libavutil-dev libswscale-dev
 )
 
 # The tests on this machine: GoogleTest, and clang with its libFuzzer and sanitizer runtimes.

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <filesystem>
 #include <string>
 
 #include "pipeline/interact/schedule.hpp"
@@ -227,6 +228,19 @@ TEST(Script, SpeedGoesAlongTheViewAndOverflowWaits) {
   EXPECT_EQ(sut.left(), 1U);
   EXPECT_EQ(sut.due_throws(2, {0}, camera(), kGravity, scene.field(), out), 1U);
   EXPECT_EQ(sut.left(), 0U);
+}
+
+TEST(Script, ExamplesOfTheProgramAreRead) {
+  int files = 0;
+  for (const auto& entry :
+       std::filesystem::directory_iterator(std::filesystem::path(TACTUS_SOURCE_DIR) / "firmware_host/examples")) {
+    const auto script = load_script(entry.path().string());
+    ASSERT_TRUE(script.has_value()) << script.error().message;
+    EXPECT_GE(script->throws.size() + script->shots.size(), 5U) << entry.path();
+    EXPECT_EQ(script->walkers.size(), 1U) << entry.path();
+    ++files;
+  }
+  EXPECT_EQ(files, 2);
 }
 
 }  // namespace
