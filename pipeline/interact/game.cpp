@@ -126,11 +126,13 @@ Game::Surface Game::surface_at(const Vec3d& position, const Vec3d& normal) const
 
 rt::Status Game::step(const View& view, bool is_tracked, const hal::FrameHeader& frame, rt::Duration duration,
                       contact::World& world) noexcept {
+  // Rounds may be shorter than frames, and frames may be dropped.
+  if (frames_ == 0) first_sequence_ = frame.sequence;
+  frames_ = frame.sequence - first_sequence_ + 1;
   frame_ = frame;
   world_ = &world;
   cues_count_ = 0;
   in_round_ = {};
-  ++frames_;
   since_tracking_ = since_tracking_ + duration;
   remove_expired();
   if (is_tracked) {

@@ -178,7 +178,8 @@ class Game {
   contact::World* world_ = nullptr;
   rt::Duration in_round_{};
 
-  std::uint64_t frames_ = 0;       // since tracking began
+  std::uint64_t frames_ = 0;       // that the sensor took since the first that was seen, that one included
+  std::uint64_t first_sequence_ = 0;
   rt::Duration since_tracking_{};
   rt::Duration time_{};
   Dice dice_{1};

@@ -1,7 +1,7 @@
 // What happens in the room, and when: a script from a TOML file, or one that comes with an app.
 //
 //   [[throw]]                       # something with a body
-//   at_s = 1.0                      # after tracking began; or at_frame = 30
+//   at_s = 1.0                      # after tracking began; or at_frame = 30, of the sensor, the first being 1
 //   thing = "plate"                 # "plate" or "cup", which break; or a plain shape:
 //   shape = "sphere"                #   sphere and its radius_m, box and its size_m = [x, y, z] (edges),
 //   radius_m = 0.05                 #   capsule and cylinder, which stand along z: radius_m and length_m

@@ -373,6 +373,22 @@ TEST(Game, ContactSaysWhetherABodyOrTheRoomWasMet) {
   EXPECT_TRUE(has_met_a_body);
 }
 
+TEST(Game, MomentInFramesDoesNotDependOnHowOftenTheGameIsAsked) {
+  Script script = thrown(ThingKind::plate, {0.5, 0, 0}, 5);
+  script.throws[0].when.at_frame = 10;
+  Session session(kWood, script);
+  hal::FrameHeader header;
+  const auto round = [&](std::uint64_t sequence) {
+    header.sequence = sequence;
+    EXPECT_EQ(session.sut.step(session.view, true, header, kFrame, session.world), rt::Status::ok);
+  };
+  for (std::uint64_t frame = 100; frame < 109; ++frame)
+    for (int i = 0; i < 3; ++i) round(frame);
+  EXPECT_EQ(session.sut.counters().throws, 0U) << "nine frames, however many rounds";
+  round(111);  // two were dropped
+  EXPECT_EQ(session.sut.counters().throws, 1U);
+}
+
 TEST(Game, SameScriptGivesTheSameEvents) {
   const auto play = [] {
     Session session(kGlass, default_script(App::plates, 640, 480));
