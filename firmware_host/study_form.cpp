@@ -76,7 +76,10 @@ bool is_unreserved(char c) {
 /// The name comes back unchanged from a CSV: no control characters, no blanks at its ends.
 bool is_column_name(const std::string& name) {
   return !name.empty() && name.front() != ' ' && name.back() != ' ' &&
-         std::none_of(name.begin(), name.end(), [](char c) { return (c >= 0 && c < 0x20) || c == 0x7F; }) &&
+         std::none_of(name.begin(), name.end(), [](char c) {
+           const auto byte = static_cast<unsigned char>(c);  // whether char has a sign differs between machines
+           return byte < 0x20 || byte == 0x7F;
+         }) &&
          escaped(name).find("\xEF\xBF\xBD") == std::string::npos;
 }
 
