@@ -76,7 +76,7 @@ void labels_of_scores(const segment::MaterialScores& scores, int width, int heig
   for (int v = 0; v < height; ++v)
     for (int u = 0; u < width; ++u, ++pixel) {
       scores.sample(static_cast<float>(u), static_cast<float>(v), p);
-      labels[pixel] = static_cast<MaterialId>(std::max_element(p.begin(), p.end()) - p.begin());
+      labels[pixel] = most_likely(p);
     }
 }
 

@@ -117,10 +117,6 @@ bool boxes_meet(dGeomID a, dGeomID b) {
 
 bool is_awake(dBodyID body) { return body != nullptr && dBodyIsEnabled(body) != 0; }
 
-MaterialId most_likely(const MaterialDistribution& materials) {
-  return static_cast<MaterialId>(std::max_element(materials.begin(), materials.end()) - materials.begin());
-}
-
 /// One contact point as the solver needs it.
 struct Touch {
   Vec3d normal;             // towards the body

@@ -4,16 +4,9 @@
 #include <cmath>
 #include <vector>
 
+#include "pipeline/evaluate/statistics.hpp"
+
 namespace tactus::evaluate {
-namespace {
-
-double nearest_rank(const std::vector<double>& sorted, double share) {
-  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(sorted.size())));
-  return sorted[std::clamp<std::size_t>(rank, 1, sorted.size()) - 1];
-}
-
-}  // namespace
-
 OverlayError overlay_error(std::span<const StampedPose> drawn, std::span<const StampedPose> true_poses,
                            const Alignment& T_true_drawn, const hal::Intrinsics& camera, double depth_m) {
   std::vector<double> errors_px;
@@ -34,8 +27,8 @@ OverlayError overlay_error(std::span<const StampedPose> drawn, std::span<const S
   error.poses_count = errors_px.size();
   if (errors_px.empty()) return error;
   std::sort(errors_px.begin(), errors_px.end());
-  error.p50_px = nearest_rank(errors_px, 0.5);
-  error.p95_px = nearest_rank(errors_px, 0.95);
+  error.p50_px = percentile_of_sorted(errors_px, 0.5);
+  error.p95_px = percentile_of_sorted(errors_px, 0.95);
   error.max_px = errors_px.back();
   return error;
 }

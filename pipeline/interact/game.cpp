@@ -54,10 +54,6 @@ double distance_to_body(const AimedRay& ray, const contact::BodyState& body) {
   return near <= far ? near : -1;
 }
 
-MaterialId most_likely(const MaterialDistribution& materials) {
-  return static_cast<MaterialId>(std::max_element(materials.begin(), materials.end()) - materials.begin());
-}
-
 }  // namespace
 
 /// A piece of the room that was struck.

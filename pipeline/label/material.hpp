@@ -1,6 +1,7 @@
 // The 23 materials of MINC (Bell et al. 2015), in alphabetical order; ids are frozen (files carry them).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <string_view>
@@ -58,5 +59,10 @@ constexpr MaterialId material_from_name(std::string_view name) {
 
 /// Probability of each material; sums to 1.
 using MaterialDistribution = std::array<float, kMaterialCount>;
+
+/// Ties go to the lower id.
+constexpr MaterialId most_likely(const MaterialDistribution& materials) {
+  return static_cast<MaterialId>(std::max_element(materials.begin(), materials.end()) - materials.begin());
+}
 
 }  // namespace tactus

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <string>
 
+#include "pipeline/contact/shape.hpp"
+
 namespace tactus::contact {
 namespace {
-
-constexpr double kPiValue = 3.14159265358979323846;
 
 MaterialDistribution only(const char* name) {
   MaterialDistribution p{};
@@ -17,7 +17,7 @@ MaterialDistribution only(const char* name) {
 }
 
 /// A dinner plate: 22 cm wide, 5 mm thick.
-const Build kPlate{0.005, 0.11, kPiValue * 0.11 * 0.11 * 0.005};
+const Build kPlate{0.005, 0.11, kPi * 0.11 * 0.11 * 0.005};
 const MaterialId kCeramic = material_from_name("ceramic");
 
 ImpactVerdict plate_on(const char* surface, double speed) {
@@ -105,7 +105,7 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(Fracture, DrinkingGlassShattersOnConcreteAndNotOnACushion) {
   const MaterialTable table = default_material_table();
   const MaterialId glass = material_from_name("glass");
-  const Build cup{0.002, 0.035, 2 * kPiValue * 0.035 * 0.1 * 0.002};
+  const Build cup{0.002, 0.035, 2 * kPi * 0.035 * 0.1 * 0.002};
   const double mass = cup.volume_m3 * table.of(glass).density_kg_per_m3;
   const double speed = std::sqrt(2 * 9.81 * 0.75);  // from a table
   const auto on = [&](const char* surface) {
