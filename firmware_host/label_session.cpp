@@ -21,6 +21,9 @@ class LabelSession::ColorTap final : public hal::ColorCamera {
     }
     return status;
   }
+  rt::Status peek(hal::FrameHeader& header, rt::Duration timeout) override { return camera_->peek(header, timeout); }
+  void skip() override { camera_->skip(); }
+  void set_tap(hal::FrameTap* tap) override { camera_->set_tap(tap); }
   [[nodiscard]] const hal::CameraCounters& counters() const override { return camera_->counters(); }
 
   bool has_frame_ = false;
@@ -40,6 +43,7 @@ class LabelSession::DepthTap final : public hal::DepthCamera {
     depth_.assign(depth.begin(), depth.end());
     return status;
   }
+  void set_tap(hal::FrameTap* tap) override { camera_->set_tap(tap); }
   [[nodiscard]] const hal::CameraCounters& counters() const override { return camera_->counters(); }
 
   hal::FrameHeader header_;

@@ -13,7 +13,7 @@ namespace {
 /// Plays a part of a stream: skips what comes before, ends where the part ends. For backends without ranges
 /// of their own.
 template <typename Camera, typename Pixel>
-class PartOf final : public Camera {
+class PartOf : public Camera {
  public:
   PartOf(std::unique_ptr<Camera> whole, FrameRange frames) : whole_(std::move(whole)), frames_(frames) {}
 
@@ -27,20 +27,50 @@ class PartOf final : public Camera {
       }
       has_ended_ = status == rt::Status::ok && header.sequence >= frames_.last;
       if (has_ended_) ++skipped_count_;
-      counters_ = whole_->counters();
-      counters_.frames_delivered -= skipped_count_;
+      count();
       if (!has_ended_) return status;
     }
   }
-
+  void set_tap(hal::FrameTap* tap) override { whole_->set_tap(tap); }
   [[nodiscard]] const hal::CameraCounters& counters() const override { return counters_; }
 
- private:
+ protected:
+  void count() {
+    counters_ = whole_->counters();
+    counters_.frames_delivered -= skipped_count_;
+  }
+
   std::unique_ptr<Camera> whole_;
   FrameRange frames_;
   hal::CameraCounters counters_;
   std::uint64_t skipped_count_ = 0;
   bool has_ended_ = false;
+};
+
+using PartOfDepth = PartOf<hal::DepthCamera, std::uint16_t>;
+
+class PartOfColor final : public PartOf<hal::ColorCamera, std::uint8_t> {
+ public:
+  using PartOf::PartOf;
+
+  rt::Status peek(hal::FrameHeader& header, rt::Duration timeout) override {
+    for (;;) {
+      if (has_ended_) return rt::Status::end_of_stream;
+      const rt::Status status = whole_->peek(header, timeout);
+      if (status == rt::Status::ok && header.sequence < frames_.first) {
+        whole_->skip();
+        ++skipped_count_;
+        continue;
+      }
+      has_ended_ = status == rt::Status::ok && header.sequence >= frames_.last;
+      count();
+      if (!has_ended_) return status;
+    }
+  }
+  void skip() override {
+    whole_->skip();
+    count();
+  }
 };
 
 rt::Result<hal::Sensor> open_part_of_synthetic(const std::string& source, FrameRange frames) {
@@ -66,9 +96,9 @@ rt::Result<hal::Sensor> open_part_of_synthetic(const std::string& source, FrameR
                     begin + static_cast<std::ptrdiff_t>(last)};
   }
   sensor.frames_count = last - frames.first;
-  sensor.depth = std::make_unique<PartOf<hal::DepthCamera, std::uint16_t>>(std::move(sensor.depth), frames);
+  sensor.depth = std::make_unique<PartOfDepth>(std::move(sensor.depth), frames);
   if (sensor.color) {
-    sensor.color = std::make_unique<PartOf<hal::ColorCamera, std::uint8_t>>(std::move(sensor.color), frames);
+    sensor.color = std::make_unique<PartOfColor>(std::move(sensor.color), frames);
   }
   sensor.description += ", frames " + std::to_string(frames.first) + " to " + std::to_string(last - 1);
   return opened;

@@ -9,43 +9,55 @@
 #include <vector>
 
 #include "hal/calibration.hpp"
+#include "hal/raw_frame.hpp"
 #include "rt/status.hpp"
 #include "rt/time.hpp"
 
 namespace tactus::hal {
-
-/// What comes with every image.
-struct FrameHeader {
-  rt::SensorTime time;          // exposure midpoint on the device's clock
-  std::uint64_t sequence = 0;   // counts up by one per frame the device took; a gap is a lost frame
-};
 
 /// Counted by the camera since start; what a session could go on without, it skips and counts here.
 struct CameraCounters {
   std::uint64_t frames_delivered = 0;
   std::uint64_t frames_rejected = 0;         // corrupt, wrong size, unreadable
   std::uint64_t timestamps_rejected = 0;     // not later than the frame before
+  std::uint64_t frames_missing = 0;          // numbers that a live device left out: it, or its driver, lost them
+  std::uint64_t losses = 0;                  // times that the device went away
   std::string first_rejection;               // one sentence naming the file and what is wrong; empty when none
 };
 
-/// A stream of depth images: row-major uint16 raw values, 0 = no measurement. Backends map their other invalid codes
-/// (65535 in 7-Scenes) to 0, so that the pipeline knows one. Thread-bound: one thread calls read().
-class DepthCamera {
+/// What both kinds of camera do. Thread-bound: one thread reads.
+class Camera {
  public:
-  virtual ~DepthCamera() = default;
-  /// Writes the next frame into `depth` (width * height values) and `header`. May wait up to `timeout`.
-  /// ok | timeout | corrupt (this frame was rejected and counted; the next may be good) | device_lost | end_of_stream.
-  virtual rt::Status read(std::span<std::uint16_t> depth, FrameHeader& header, rt::Duration timeout) = 0;
+  virtual ~Camera() = default;
   [[nodiscard]] virtual const CameraCounters& counters() const = 0;
+  /// From now on every frame taken from the device is shown to `tap` as it came, before it is converted; null: to none.
+  /// `tap` outlives the camera or is taken back. Cameras around another hand it on. Boot.
+  virtual void set_tap(FrameTap* tap) { tap_ = tap; }
+
+ protected:
+  FrameTap* tap_ = nullptr;
+};
+
+/// A stream of depth images: row-major uint16 raw values, 0 = no measurement. Backends map their other invalid codes
+/// (65535 in 7-Scenes) to 0, so that the pipeline knows one.
+class DepthCamera : public Camera {
+ public:
+  /// Writes the next frame into `depth` (width * height values) and `header`. May wait up to `timeout`.
+  /// ok | timeout | corrupt (this frame was rejected and counted; the next may be good) | device_lost (it is away; a
+  /// later read() looks for it again, and goes on with the same calibration when it is back) | end_of_stream.
+  virtual rt::Status read(std::span<std::uint16_t> depth, FrameHeader& header, rt::Duration timeout) = 0;
 };
 
 /// A stream of colour images: row-major interleaved 8-bit R, G, B.
-class ColorCamera {
+class ColorCamera : public Camera {
  public:
-  virtual ~ColorCamera() = default;
   /// As DepthCamera::read, with width * height * 3 bytes.
   virtual rt::Status read(std::span<std::uint8_t> rgb, FrameHeader& header, rt::Duration timeout) = 0;
-  [[nodiscard]] virtual const CameraCounters& counters() const = 0;
+  /// Says which frame is next and leaves it in the device's buffer: read() then has it (or finds it corrupt), skip() passes
+  /// over it. Answers as read(); corrupt: the next frame was rejected, and is passed over already.
+  virtual rt::Status peek(FrameHeader& header, rt::Duration timeout) = 0;
+  /// Passes over the frame that peek() has announced, without converting or copying it; it counts as delivered.
+  virtual void skip() = 0;
 };
 
 /// A pose known from outside (motion capture, a simulator), for evaluation only; the pipeline never sees it.
@@ -57,6 +69,10 @@ struct TruthPose {
 /// An opened sensor: the cameras and what is known of them. Built at boot by a backend's open function.
 struct Sensor {
   std::string description;              // one line for people: what this is and where it came from
+  bool is_live = false;                 // a device: it has no end, drops what nobody takes, and may go away
+  bool has_two_clocks = false;          // colour's times are another clock's: FrameHeader::arrived brings them together
+  bool allocates_in_read = false;       // read() decodes on the caller's thread
+  std::size_t buffers_bytes = 0;        // what the backend holds for its frames, outside of the plan's arena
   RigCalibration calibration;
   double frame_rate_hz = 30;            // nominal
   std::uint64_t frames_count = 0;       // 0 when unknown (a live device)

@@ -14,6 +14,7 @@ namespace {
 struct ThreadState {
   std::uint64_t calls;
   int scopes_count;
+  int guests_count;
   bool is_probing;
   bool was_probed;
 };
@@ -23,6 +24,7 @@ thread_local constinit ThreadState state __attribute__((tls_model("initial-exec"
 constinit std::atomic<bool> is_sealed{false};
 constinit std::atomic<bool> is_fatal_mode{false};
 constinit std::atomic<std::uint64_t> total_calls{0};
+constinit std::atomic<std::uint64_t> guest_calls{0};
 
 [[noreturn]] void die(const char* function, std::size_t bytes) {
   state.scopes_count = 0;  // what follows may itself allocate
@@ -39,6 +41,8 @@ constinit std::atomic<std::uint64_t> total_calls{0};
 
 RtScope::RtScope() noexcept { ++state.scopes_count; }
 RtScope::~RtScope() { --state.scopes_count; }
+GuestScope::GuestScope() noexcept { ++state.guests_count; }
+GuestScope::~GuestScope() { --state.guests_count; }
 
 namespace heap_guard {
 
@@ -56,6 +60,7 @@ bool is_active() {
 void seal() noexcept { is_sealed.store(true, std::memory_order_relaxed); }
 void unseal() noexcept { is_sealed.store(false, std::memory_order_relaxed); }
 std::uint64_t was_total_calls() noexcept { return total_calls.load(std::memory_order_relaxed); }
+std::uint64_t was_guest_calls() noexcept { return guest_calls.load(std::memory_order_relaxed); }
 std::uint64_t thread_calls() noexcept { return state.calls; }
 
 void set_fatal(bool is_fatal) {
@@ -71,6 +76,10 @@ void note_heap_call(const char* function, std::size_t bytes) noexcept {
     return;
   }
   if (state.scopes_count == 0 || !is_sealed.load(std::memory_order_relaxed)) return;
+  if (state.guests_count > 0) {
+    guest_calls.fetch_add(1, std::memory_order_relaxed);
+    return;
+  }
   ++state.calls;
   total_calls.fetch_add(1, std::memory_order_relaxed);
   if (is_fatal_mode.load(std::memory_order_relaxed)) die(function, bytes);

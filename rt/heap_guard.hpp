@@ -22,6 +22,16 @@ class RtScope {
   RtScope& operator=(const RtScope&) = delete;
 };
 
+/// While one exists, the thread is inside a guest library whose memory cannot be fenced in (OpenNI2, libjpeg): its calls
+/// are counted apart and are never fatal. Nests. Any thread, wait-free.
+class GuestScope {
+ public:
+  GuestScope() noexcept;
+  ~GuestScope();
+  GuestScope(const GuestScope&) = delete;
+  GuestScope& operator=(const GuestScope&) = delete;
+};
+
 namespace heap_guard {
 
 /// Whether calls are really seen. Proves itself with one allocation; boot or exit.
@@ -34,6 +44,8 @@ void unseal() noexcept;
 
 /// Calls counted so far: by all threads, by this thread. Relaxed: for reports. Any thread.
 [[nodiscard]] std::uint64_t was_total_calls() noexcept;
+/// Calls inside a GuestScope on threads that are inside an RtScope; not in the totals.
+[[nodiscard]] std::uint64_t was_guest_calls() noexcept;
 [[nodiscard]] std::uint64_t thread_calls() noexcept;
 
 /// In tests: the first counted call prints its stack (addresses for addr2line where names are not exported)

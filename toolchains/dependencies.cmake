@@ -16,6 +16,11 @@ pkg_check_modules(FLATBUFFERS REQUIRED IMPORTED_TARGET flatbuffers)
 pkg_check_modules(EGL REQUIRED IMPORTED_TARGET egl)
 pkg_check_modules(GLES REQUIRED IMPORTED_TARGET glesv2)
 pkg_check_modules(PNG REQUIRED IMPORTED_TARGET libpng)
+pkg_check_modules(JPEG REQUIRED IMPORTED_TARGET libjpeg)
+pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)
+# Cameras; where a library is not there, the program says so instead.
+pkg_check_modules(OPENNI2 IMPORTED_TARGET libopenni2)
+pkg_check_modules(LIBCAMERA IMPORTED_TARGET libcamera)
 # From 1.7 on a program survives the loss of its X server.
 pkg_check_modules(X11 REQUIRED IMPORTED_TARGET x11>=1.7)
 # Where they are not there, the program has no display without a window system.

@@ -11,6 +11,8 @@ packages_run=(
   # Images. The three modules used, not libopencv-dev, which also pulls in VTK, a Java runtime and ffmpeg. libpng and libjpeg
   # directly where a damaged file must be refused, or a picture written without exceptions.
   libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev libpng-dev libjpeg62-turbo-dev
+  # Recordings: zstd. Cameras: OpenNI2, libcamera with its UVC and simple pipelines; V4L2 needs the kernel's headers alone.
+  libzstd-dev libopenni2-dev libcamera-dev libcamera-ipa
   # Contacts between bodies.
   libode-dev
   # The int8 network: file reader and its generator, kernels, thread pool, processor detection.
@@ -26,6 +28,10 @@ packages_run=(
 # The tests on this machine: GoogleTest, and clang with its libFuzzer and sanitizer runtimes.
 packages_test=(
   libgtest-dev clang libclang-rt-14-dev llvm binutils
+  # The other two codecs of the recorder's comparison are in zstd and here.
+  liblz4-dev
+  # A guest kernel with cameras (guest-test.sh): the machine, its first root, Debian's modules, cameras by libcamera's udev.
+  qemu-system-x86 busybox-static cpio kmod udev
   # A screen for the window's tests and a person's hand on it; a browser for the questionnaire's.
   xvfb libxtst-dev chromium
 )
@@ -42,7 +48,7 @@ packages_sysroot=(
   libc6-dev libstdc++-12-dev
   libeigen3-dev libhwy-dev libcli11-dev nlohmann-json3-dev libtomlplusplus-dev libnanoflann-dev libboost-dev
   libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev libpng-dev libjpeg62-turbo-dev
-  libode-dev
+  libzstd-dev libode-dev
   libflatbuffers-dev libxnnpack-dev libpthreadpool-dev libcpuinfo-dev
   libegl-dev libgles-dev libx11-dev libopenal-dev
   libgtest-dev

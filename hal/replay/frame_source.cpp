@@ -1,7 +1,6 @@
 #include "hal/replay/frame_source.hpp"
 
 #include <algorithm>
-#include <cstring>
 #include <type_traits>
 
 #include "hal/replay/file_bytes.hpp"
@@ -10,13 +9,6 @@
 
 namespace tactus::hal::replay {
 namespace {
-
-void say(FrameOutcome& outcome, const std::string& sentence) {
-  if (outcome.sentence[0] != '\0') return;
-  const std::size_t bytes = std::min(sentence.size(), outcome.sentence.size() - 1);
-  std::memcpy(outcome.sentence.data(), sentence.data(), bytes);
-  outcome.sentence[bytes] = '\0';
-}
 
 std::string decode(std::string_view bytes, int width, int height, std::span<std::uint16_t> depth) {
   std::string fault = decode_depth(bytes, width, height, depth);
@@ -31,23 +23,15 @@ std::string decode(std::string_view bytes, int width, int height, std::span<std:
 
 }  // namespace
 
-void count(const FrameOutcome& outcome, CameraCounters& counters) {
-  counters.timestamps_rejected += outcome.timestamps_rejected;
-  if (outcome.status == rt::Status::ok) ++counters.frames_delivered;
-  if (outcome.status == rt::Status::corrupt) ++counters.frames_rejected;
-  if (counters.first_rejection.empty() && outcome.sentence[0] != '\0')
-    counters.first_rejection.assign(outcome.sentence.data());
-}
-
 template <typename Pixel>
 std::size_t FrameSource<Pixel>::pixels_count() const {
   const auto count = static_cast<std::size_t>(config_.width) * static_cast<std::size_t>(config_.height);
   return std::is_same_v<Pixel, std::uint8_t> ? count * 3 : count;
 }
 
+/// Passes over entries whose time does not fit. False at the end.
 template <typename Pixel>
-void FrameSource<Pixel>::next(std::span<Pixel> pixels, FrameOutcome& outcome) {
-  TACTUS_ASSERT(pixels.size() == pixels_count());
+bool FrameSource<Pixel>::find_next(FrameOutcome& outcome) {
   outcome = {};
   const std::string list_file = (config_.directory / config_.list.file).string();
   for (; next_ < config_.end; ++next_) {
@@ -58,13 +42,28 @@ void FrameSource<Pixel>::next(std::span<Pixel> pixels, FrameOutcome& outcome) {
                            "the time of " + quote(entry.path) + " does not fit between its neighbours'")
                      .message);
   }
-  if (next_ == config_.end) return;
-  const ListEntry& entry = config_.list.entries[next_++];
-  outcome.header = {entry.time, entry.sequence};
+  if (next_ == config_.end) return false;
+  const ListEntry& entry = config_.list.entries[next_];
+  outcome.header = {entry.time, entry.sequence, {}};
+  outcome.status = rt::Status::ok;
+  if (entry.fault != ListEntry::Fault::unreadable) return true;
+  ++next_;
   outcome.status = rt::Status::corrupt;
-  if (entry.fault == ListEntry::Fault::unreadable)
-    return say(outcome, bad_input(list_file, entry.line, "the line is not \"timestamp path\"").message);
-  const std::filesystem::path path = config_.directory / entry.path;
+  say(outcome, bad_input(list_file, entry.line, "the line is not \"timestamp path\"").message);
+  return true;
+}
+
+template <typename Pixel>
+void FrameSource<Pixel>::peek(FrameOutcome& outcome) {
+  (void)find_next(outcome);
+}
+
+template <typename Pixel>
+void FrameSource<Pixel>::next(std::span<Pixel> pixels, FrameOutcome& outcome) {
+  TACTUS_ASSERT(pixels.size() == pixels_count());
+  if (!find_next(outcome) || outcome.status == rt::Status::corrupt) return;
+  outcome.status = rt::Status::corrupt;
+  const std::filesystem::path path = config_.directory / config_.list.entries[next_++].path;
   if (const auto read = read_file(path, kImageBytesMax, bytes_); !read)
     return say(outcome, read.error().message);
   if (const std::string fault = decode(bytes_, config_.width, config_.height, pixels); !fault.empty())

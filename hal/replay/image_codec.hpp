@@ -1,5 +1,5 @@
-// Images in files to pixels and back, through libpng and libjpeg-turbo directly: a decoder's warning (a short
-// or damaged JPEG that it would fill up with grey) must reject the frame, which imgcodecs cannot tell us.
+// Images in files to pixels and back: libpng directly, JPEG by hal/frames. A decoder's warning must reject the
+// frame, which imgcodecs cannot tell us.
 #pragma once
 
 #include <cstdint>

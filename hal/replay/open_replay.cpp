@@ -3,13 +3,15 @@
 #include <limits>
 #include <optional>
 
+#include "hal/frames/convert.hpp"
+#include "hal/frames/decoded_stream.hpp"
 #include "hal/replay/file_bytes.hpp"
+#include "hal/replay/frame_source.hpp"
 #include "hal/replay/gravity_file.hpp"
 #include "hal/replay/image_codec.hpp"
 #include "hal/replay/intrinsics_file.hpp"
 #include "hal/replay/recording.hpp"
 #include "hal/replay/replay.hpp"
-#include "hal/replay/replay_stream.hpp"
 #include "hal/replay/text.hpp"
 
 namespace tactus::hal {
@@ -18,28 +20,43 @@ namespace {
 
 class ReplayDepthCamera final : public DepthCamera {
  public:
-  ReplayDepthCamera(FrameSource<std::uint16_t> source, std::size_t prefetch)
-      : stream_(std::move(source), prefetch) {}
+  ReplayDepthCamera(FrameSource<std::uint16_t> source, const Intrinsics& k, std::size_t prefetch)
+      : stream_(std::move(source), prefetch), width_(k.width), height_(k.height) {}
   rt::Status read(std::span<std::uint16_t> depth, FrameHeader& header, rt::Duration timeout) override {
-    return stream_.read(depth, header, timeout);
+    const rt::Status status = stream_.read(depth, header, timeout);
+    if (status == rt::Status::ok && tap_ != nullptr)
+      tap_->take(Stream::depth, frames::raw_frame(depth, header, width_, height_));
+    return status;
   }
   [[nodiscard]] const CameraCounters& counters() const override { return stream_.counters(); }
 
  private:
-  ReplayStream<std::uint16_t> stream_;
+  frames::DecodedStream<FrameSource<std::uint16_t>> stream_;
+  int width_, height_;
 };
 
 class ReplayColorCamera final : public ColorCamera {
  public:
-  ReplayColorCamera(FrameSource<std::uint8_t> source, std::size_t prefetch)
-      : stream_(std::move(source), prefetch) {}
+  ReplayColorCamera(FrameSource<std::uint8_t> source, const Intrinsics& k, std::size_t prefetch)
+      : stream_(std::move(source), prefetch), width_(k.width), height_(k.height) {}
   rt::Status read(std::span<std::uint8_t> rgb, FrameHeader& header, rt::Duration timeout) override {
-    return stream_.read(rgb, header, timeout);
+    const rt::Status status = stream_.read(rgb, header, timeout);
+    if (status == rt::Status::ok) show(rgb, header);
+    return status;
+  }
+  rt::Status peek(FrameHeader& header, rt::Duration timeout) override { return stream_.peek(header, timeout); }
+  void skip() override {
+    stream_.skip([this](std::span<const std::uint8_t> rgb, const FrameHeader& header) { show(rgb, header); });
   }
   [[nodiscard]] const CameraCounters& counters() const override { return stream_.counters(); }
 
  private:
-  ReplayStream<std::uint8_t> stream_;
+  void show(std::span<const std::uint8_t> rgb, const FrameHeader& header) {
+    if (tap_ != nullptr) tap_->take(Stream::color, frames::raw_frame(rgb, header, width_, height_));
+  }
+
+  frames::DecodedStream<FrameSource<std::uint8_t>> stream_;
+  int width_, height_;
 };
 
 /// Labels by the depth frame's sequence number. Decodes on the caller's thread and allocates: for evaluation.
@@ -320,9 +337,14 @@ rt::Result<Sensor> build(Recording recording, const ReplayOptions& options) {
   out.depth = std::make_unique<ReplayDepthCamera>(
       FrameSource<std::uint16_t>({directory, std::move(recording.depth), played.first, played.end,
                                   rig.depth.width, rig.depth.height}),
-      options.prefetch);
+      rig.depth, options.prefetch);
   if (color_source)
-    out.color = std::make_unique<ReplayColorCamera>(std::move(*color_source), options.prefetch);
+    out.color = std::make_unique<ReplayColorCamera>(std::move(*color_source), rig.color, options.prefetch);
+  out.allocates_in_read = options.prefetch == 0;
+  out.buffers_bytes = options.prefetch * (frames::packed_bytes(PixelFormat::depth16, rig.depth.width, rig.depth.height) +
+                                          (rig.has_color ? frames::packed_bytes(PixelFormat::rgb24, rig.color.width,
+                                                                                rig.color.height)
+                                                         : 0));
   return out;
 }
 

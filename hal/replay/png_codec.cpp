@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstring>
 
+#include "hal/frames/jpeg_codec.hpp"
 #include "hal/replay/image_codec.hpp"
 
 namespace tactus::hal::replay {
@@ -142,8 +143,6 @@ std::size_t pixel_count(int width, int height) {
 
 }  // namespace
 
-std::string decode_color_jpeg(std::string_view bytes, int width, int height, std::span<std::uint8_t> rgb);
-
 std::string decode_depth(std::string_view bytes, int width, int height, std::span<std::uint16_t> out) {
   TACTUS_ASSERT(out.size() == pixel_count(width, height));
   if (std::string fault = check(bytes, ImageUse::depth, width, height); !fault.empty()) return fault;
@@ -162,7 +161,7 @@ std::string decode_color(std::string_view bytes, int width, int height, std::spa
   const auto header = parse_image_header(bytes);
   if (!header) return header.error().message;
   if (std::string fault = fault_of(*header, ImageUse::color, width, height); !fault.empty()) return fault;
-  if (header->format == ImageFormat::jpeg) return decode_color_jpeg(bytes, width, height, rgb);
+  if (header->format == ImageFormat::jpeg) return frames::decode_jpeg(bytes, width, height, rgb);
   return decode(bytes, Target::rgb, width, height, rgb.data(), static_cast<std::size_t>(width) * 3);
 }
 
@@ -183,6 +182,19 @@ rt::Result<void> write_color_png(const std::filesystem::path& path, std::span<co
                                  int width, int height) {
   TACTUS_ASSERT(rgb.size() == 3 * pixel_count(width, height));
   return encode(path, PNG_COLOR_TYPE_RGB, 8, width, height, rgb.data(), static_cast<std::size_t>(width) * 3);
+}
+
+rt::Result<void> write_color_jpeg(const std::filesystem::path& path, std::span<const std::uint8_t> rgb, int width,
+                                  int height, int quality) {
+  const rt::Error failure{rt::ExitCode::failed, path.string() + ": cannot be written; is the disk full?"};
+  std::vector<std::uint8_t> bytes;
+  if (!frames::encode_jpeg(rgb, width, height, quality, bytes)) return failure;
+  std::FILE* file = std::fopen(path.c_str(), "wb");
+  if (file == nullptr) return failure;
+  const bool written = std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
+  const bool closed = std::fclose(file) == 0;
+  if (!written || !closed) return failure;
+  return {};
 }
 
 }  // namespace tactus::hal::replay

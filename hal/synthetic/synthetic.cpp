@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "hal/frames/convert.hpp"
 #include "hal/synthetic/depth_noise.hpp"
 #include "hal/synthetic/shade.hpp"
 #include "hal/synthetic/trajectory.hpp"
@@ -106,13 +107,14 @@ struct Playhead {
   int next_frame = 0;
   CameraCounters counters;
 
-  rt::Status advance(const FrameRenderer& renderer, FrameHeader& header) {
+  rt::Status look(const FrameRenderer& renderer, FrameHeader& header) const {
     if (next_frame >= renderer.options().frames_count) return rt::Status::end_of_stream;
-    header.time = time_of(next_frame);
-    header.sequence = static_cast<std::uint64_t>(next_frame);
+    header = {time_of(next_frame), static_cast<std::uint64_t>(next_frame), {}};
+    return rt::Status::ok;
+  }
+  void advance() {
     ++next_frame;
     ++counters.frames_delivered;
-    return rt::Status::ok;
   }
 };
 
@@ -120,8 +122,12 @@ class SyntheticDepthCamera final : public DepthCamera {
  public:
   explicit SyntheticDepthCamera(std::shared_ptr<FrameRenderer> renderer) : renderer_(std::move(renderer)) {}
   rt::Status read(std::span<std::uint16_t> depth, FrameHeader& header, rt::Duration /*timeout*/) override {
-    const rt::Status status = playhead_.advance(*renderer_, header);
-    if (status == rt::Status::ok) renderer_->depth(static_cast<int>(header.sequence), depth);
+    const rt::Status status = playhead_.look(*renderer_, header);
+    if (status != rt::Status::ok) return status;
+    renderer_->depth(playhead_.next_frame, depth);
+    playhead_.advance();
+    const Intrinsics& k = renderer_->calibration().depth;
+    if (tap_ != nullptr) tap_->take(Stream::depth, frames::raw_frame(depth, header, k.width, k.height));
     return status;
   }
   [[nodiscard]] const CameraCounters& counters() const override { return playhead_.counters; }
@@ -135,15 +141,29 @@ class SyntheticColorCamera final : public ColorCamera {
  public:
   explicit SyntheticColorCamera(std::shared_ptr<FrameRenderer> renderer) : renderer_(std::move(renderer)) {}
   rt::Status read(std::span<std::uint8_t> rgb, FrameHeader& header, rt::Duration /*timeout*/) override {
-    const rt::Status status = playhead_.advance(*renderer_, header);
-    if (status == rt::Status::ok) renderer_->color(static_cast<int>(header.sequence), rgb);
+    const rt::Status status = playhead_.look(*renderer_, header);
+    if (status != rt::Status::ok) return status;
+    renderer_->color(playhead_.next_frame, rgb);
+    playhead_.advance();
+    const Intrinsics& k = renderer_->calibration().color;
+    if (tap_ != nullptr) tap_->take(Stream::color, frames::raw_frame(rgb, header, k.width, k.height));
     return status;
+  }
+  rt::Status peek(FrameHeader& header, rt::Duration /*timeout*/) override { return playhead_.look(*renderer_, header); }
+  void skip() override {
+    FrameHeader header;
+    if (playhead_.look(*renderer_, header) != rt::Status::ok) return;
+    if (tap_ == nullptr) return playhead_.advance();
+    const Intrinsics& k = renderer_->calibration().color;
+    skipped_.resize(frames::packed_bytes(PixelFormat::rgb24, k.width, k.height));
+    (void)read(skipped_, header, {});
   }
   [[nodiscard]] const CameraCounters& counters() const override { return playhead_.counters; }
 
  private:
   std::shared_ptr<FrameRenderer> renderer_;
   Playhead playhead_;
+  std::vector<std::uint8_t> skipped_;  // shown to a tap alone
 };
 
 class SyntheticLabels final : public LabelTruth {

@@ -1,6 +1,7 @@
 #include "tests/conformance/camera_suite.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <memory>
@@ -97,7 +98,7 @@ class Player {
   }
   void expect_end_stays() {
     for (int i = 0; i < 3; ++i) {
-      FrameHeader header{{77}, 77};
+      FrameHeader header{{77}, 77, {}};
       EXPECT_EQ(camera_.read(values_, header, kPatience), rt::Status::end_of_stream);
       EXPECT_EQ(header.sequence, 77U) << "the end brings no header";
     }
@@ -218,6 +219,87 @@ TEST_P(CameraConformance, ImpatientReaderLosesNothing) {
   const Sessions impatient = play(second, false, rt::Duration{100'000}, 0);
   EXPECT_TRUE(impatient.depth == reference.depth);
   EXPECT_TRUE(impatient.color == reference.color);
+}
+
+/// The colour stream by peek() alone, every third frame passed over.
+TEST_P(CameraConformance, PeekSaysWhatReadGivesAndSkipPassesOver) {
+  Sensor first = open(), second = open();
+  if (!first.color) GTEST_SKIP() << "this sensor has no colour camera";
+  const Session reference = play(first, true, kPatience, 0).color;
+  std::vector<std::uint8_t> pixels(values_count(*second.color, second));
+  std::vector<FrameHeader> headers;
+  std::size_t read_index = 0;
+  for (int i = 0;; ++i) {
+    FrameHeader announced, header;
+    rt::Status status = second.color->peek(announced, kPatience);
+    if (status == rt::Status::end_of_stream) break;
+    if (status == rt::Status::corrupt) continue;
+    ASSERT_EQ(status, rt::Status::ok);
+    FrameHeader again;
+    ASSERT_EQ(second.color->peek(again, kPatience), rt::Status::ok);
+    EXPECT_EQ(again.sequence, announced.sequence) << "a look takes nothing";
+    if (i % 3 == 2) {
+      second.color->skip();
+      continue;
+    }
+    status = second.color->read(pixels, header, kPatience);
+    if (status == rt::Status::corrupt) continue;
+    ASSERT_EQ(status, rt::Status::ok);
+    EXPECT_EQ(header.sequence, announced.sequence);
+    EXPECT_EQ(header.time, announced.time);
+    while (read_index < reference.headers.size() && reference.headers[read_index].sequence != header.sequence) ++read_index;
+    ASSERT_LT(read_index, reference.headers.size());
+    EXPECT_EQ(hash_of(pixels), reference.hashes[read_index]) << "frame " << header.sequence;
+  }
+  FrameHeader header;
+  EXPECT_EQ(second.color->read(pixels, header, kPatience), rt::Status::end_of_stream);
+  EXPECT_EQ(second.color->counters().frames_delivered, reference.counters.frames_delivered);
+  EXPECT_EQ(second.color->counters().frames_rejected, reference.counters.frames_rejected);
+  EXPECT_EQ(second.color->counters().timestamps_rejected, reference.counters.timestamps_rejected);
+}
+
+/// Keeps the order and the hashes of what it is shown.
+class Witness final : public FrameTap {
+ public:
+  void take(Stream stream, const RawFrame& frame) noexcept override {
+    sequences[static_cast<std::size_t>(stream)].push_back(frame.header.sequence);
+    if (frame.bytes.empty() || frame.width < 1 || frame.height < 1) ++unusable_count;
+  }
+  std::array<std::vector<std::uint64_t>, 2> sequences;
+  int unusable_count = 0;
+};
+
+TEST_P(CameraConformance, TapSeesEveryFrameOnceReadOrSkipped) {
+  Sensor first = open(), second = open();
+  const Sessions reference = play(first, true, kPatience, 0);
+  Witness witness;
+  second.depth->set_tap(&witness);
+  if (second.color) second.color->set_tap(&witness);
+  std::vector<std::uint16_t> depth(values_count(*second.depth, second));
+  FrameHeader header;
+  rt::Status status = rt::Status::ok;
+  while ((status = second.depth->read(depth, header, kPatience)) != rt::Status::end_of_stream)
+    ASSERT_TRUE(status == rt::Status::ok || status == rt::Status::corrupt);
+  if (second.color) {
+    std::vector<std::uint8_t> rgb(values_count(*second.color, second));
+    for (int i = 0;; ++i) {
+      status = second.color->peek(header, kPatience);
+      if (status == rt::Status::end_of_stream) break;
+      if (status == rt::Status::corrupt) continue;
+      if (i % 2 == 0)
+        second.color->skip();
+      else
+        (void)second.color->read(rgb, header, kPatience);
+    }
+  }
+  const auto sequences = [](const Session& session) {
+    std::vector<std::uint64_t> out;
+    for (const FrameHeader& h : session.headers) out.push_back(h.sequence);
+    return out;
+  };
+  EXPECT_EQ(witness.sequences[0], sequences(reference.depth));
+  EXPECT_EQ(witness.sequences[1], sequences(reference.color));
+  EXPECT_EQ(witness.unusable_count, 0);
 }
 
 TEST_P(CameraConformance, TwoSensorsDoNotDisturbEachOther) {

@@ -12,6 +12,8 @@ class NoCamera : public hal::ColorCamera {
   rt::Status read(std::span<std::uint8_t>, hal::FrameHeader&, rt::Duration) override {
     return rt::Status::end_of_stream;
   }
+  rt::Status peek(hal::FrameHeader&, rt::Duration) override { return rt::Status::end_of_stream; }
+  void skip() override {}
   const hal::CameraCounters& counters() const override { return counters_; }
 
  private:

@@ -67,7 +67,8 @@ bool may_include(std::string_view from, std::string_view to) {
   if (to == "rt") return true;
   if (from == "rt") return false;
   if (to == "hal" || to == "hal/toml") return true;
-  if (from == "hal" || is_hal_backend(from)) return false;
+  if (from == "hal" || from == "hal/toml" || from == "hal/frames") return false;
+  if (is_hal_backend(from)) return to == "hal/frames";
   if (from == "pipeline") return to.starts_with("pipeline/");
   return std::any_of(kStageArrows.begin(), kStageArrows.end(),
                      [&](const Arrow& arrow) { return arrow.from == from && arrow.to == to; });

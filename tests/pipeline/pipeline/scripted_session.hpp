@@ -33,25 +33,38 @@ class Script {
 
 template <typename Base, typename Pixel,
           void (hal::synthetic::FrameRenderer::*kRender)(int, std::span<Pixel>)>
-class ScriptedCamera final : public Base {
+class ScriptedCamera : public Base {
  public:
   explicit ScriptedCamera(std::shared_ptr<Script> script) : script_(std::move(script)) {}
   rt::Status read(std::span<Pixel> image, hal::FrameHeader& header, rt::Duration /*timeout*/) override {
-    if (next_ >= script_->frames_count()) return rt::Status::end_of_stream;
+    const rt::Status status = look(header);
+    if (status != rt::Status::ok) return status;
     (script_->renderer().*kRender)(script_->path_frame(next_), image);
-    header = {Script::time_of(next_), next_};
     ++next_;
-    return rt::Status::ok;
+    return status;
   }
   [[nodiscard]] const hal::CameraCounters& counters() const override { return counters_; }
 
- private:
+ protected:
+  rt::Status look(hal::FrameHeader& header) const {
+    if (next_ >= script_->frames_count()) return rt::Status::end_of_stream;
+    header = {Script::time_of(next_), next_};
+    return rt::Status::ok;
+  }
+
   std::shared_ptr<Script> script_;
   std::size_t next_ = 0;
   hal::CameraCounters counters_;
 };
 using ScriptedDepth = ScriptedCamera<hal::DepthCamera, std::uint16_t, &hal::synthetic::FrameRenderer::depth>;
-using ScriptedColor = ScriptedCamera<hal::ColorCamera, std::uint8_t, &hal::synthetic::FrameRenderer::color>;
+
+class ScriptedColor final
+    : public ScriptedCamera<hal::ColorCamera, std::uint8_t, &hal::synthetic::FrameRenderer::color> {
+ public:
+  using ScriptedCamera::ScriptedCamera;
+  rt::Status peek(hal::FrameHeader& header, rt::Duration /*timeout*/) override { return look(header); }
+  void skip() override { ++next_; }
+};
 
 class ScriptedLabels final : public hal::LabelTruth {
  public:

@@ -1,4 +1,6 @@
-// The JPEG half of image_codec.hpp; the same rules around setjmp as in png_codec.cpp.
+// No object with a destructor lives in a function that setjmp() returns into.
+#include "hal/frames/jpeg_codec.hpp"
+
 #include <cstddef>
 #include <cstdio>
 // jpeglib.h uses size_t and FILE and includes neither: it stays below them.
@@ -8,11 +10,10 @@
 
 #include <array>
 #include <csetjmp>
+#include <cstdlib>
 #include <cstring>
 
-#include "hal/replay/image_codec.hpp"
-
-namespace tactus::hal::replay {
+namespace tactus::hal::frames {
 namespace {
 
 /// The first member is libjpeg's, so that its pointer is ours.
@@ -60,10 +61,13 @@ bool decode_rows(Context& context, jpeg_decompress_struct& info, const unsigned 
   jpeg_read_header(&info, TRUE);
   info.out_color_space = JCS_RGB;
   info.dct_method = JDCT_ISLOW;  // the integer transform: the same pixels with and without SIMD
+  if (info.image_width != width || info.image_height != height) {
+    std::strncpy(context.message.data(), "of another size", context.message.size() - 1);
+    return false;
+  }
   jpeg_start_decompress(&info);
-  if (info.output_width != width || info.output_height != height || info.output_components != 3) {
-    std::strncpy(context.message.data(), "the header changed its mind about the size",
-                 context.message.size() - 1);
+  if (info.output_components != 3) {
+    std::strncpy(context.message.data(), "not three channels", context.message.size() - 1);
     return false;
   }
   while (info.output_scanline < height) {
@@ -74,11 +78,11 @@ bool decode_rows(Context& context, jpeg_decompress_struct& info, const unsigned 
   return true;
 }
 
-bool encode_rows(Context& context, jpeg_compress_struct& info, std::FILE* file, std::uint32_t width,
-                 std::uint32_t height, const std::uint8_t* rgb, int quality) {
+bool encode_rows(Context& context, jpeg_compress_struct& info, unsigned char** bytes, unsigned long* bytes_count,
+                 std::uint32_t width, std::uint32_t height, const std::uint8_t* rgb, int quality) {
   if (setjmp(context.jump) != 0) return false;
   jpeg_create_compress(&info);
-  jpeg_stdio_dest(&info, file);
+  jpeg_mem_dest(&info, bytes, bytes_count);
   info.image_width = width;
   info.image_height = height;
   info.input_components = 3;
@@ -100,7 +104,8 @@ bool encode_rows(Context& context, jpeg_compress_struct& info, std::FILE* file, 
 
 }  // namespace
 
-std::string decode_color_jpeg(std::string_view bytes, int width, int height, std::span<std::uint8_t> rgb) {
+std::string decode_jpeg(std::string_view bytes, int width, int height, std::span<std::uint8_t> rgb) {
+  TACTUS_ASSERT(rgb.size() == 3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   Context context;
   set_up(context);
   jpeg_decompress_struct info{};
@@ -112,22 +117,21 @@ std::string decode_color_jpeg(std::string_view bytes, int width, int height, std
   return decoded ? std::string{} : "a damaged JPEG (" + std::string(context.message.data()) + ")";
 }
 
-rt::Result<void> write_color_jpeg(const std::filesystem::path& path, std::span<const std::uint8_t> rgb,
-                                  int width, int height, int quality) {
+bool encode_jpeg(std::span<const std::uint8_t> rgb, int width, int height, int quality,
+                 std::vector<std::uint8_t>& bytes) {
   TACTUS_ASSERT(rgb.size() == 3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-  const rt::Error failure{rt::ExitCode::failed, path.string() + ": cannot be written; is the disk full?"};
-  std::FILE* file = std::fopen(path.c_str(), "wb");
-  if (file == nullptr) return failure;
   Context context;
   set_up(context);
   jpeg_compress_struct info{};
   info.err = &context.errors;
-  const bool encoded = encode_rows(context, info, file, static_cast<std::uint32_t>(width),
-                                   static_cast<std::uint32_t>(height), rgb.data(), quality);
+  unsigned char* encoded = nullptr;
+  unsigned long encoded_count = 0;
+  const bool is_encoded = encode_rows(context, info, &encoded, &encoded_count, static_cast<std::uint32_t>(width),
+                                      static_cast<std::uint32_t>(height), rgb.data(), quality);
   jpeg_destroy_compress(&info);
-  const bool closed = std::fclose(file) == 0;
-  if (!encoded || !closed) return failure;
-  return {};
+  if (is_encoded) bytes.assign(encoded, encoded + encoded_count);
+  std::free(encoded);
+  return is_encoded;
 }
 
-}  // namespace tactus::hal::replay
+}  // namespace tactus::hal::frames

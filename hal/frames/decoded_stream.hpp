@@ -1,4 +1,4 @@
-// Plays a FrameSource, either decoding on the caller's thread or from a ring that a reader thread keeps full.
+// Plays frames that must be decoded, either on the caller's thread or from a ring that a reader thread keeps full.
 //
 //   reader thread --decodes into--> [slot][slot][slot][slot] --read() copies out--> caller
 //
@@ -18,23 +18,30 @@
 #include <utility>
 #include <vector>
 
-#include "hal/replay/frame_source.hpp"
+#include "hal/frames/frame_outcome.hpp"
 
-namespace tactus::hal::replay {
+namespace tactus::hal::frames {
 
-template <typename Pixel>
-class ReplayStream {
+/// Source has a type Pixel (uint16 or uint8) and
+///   void next(std::span<Pixel>, FrameOutcome&)   decodes the next frame; the end stays the end
+///   void peek(FrameOutcome&)                     says of the next frame what is known without decoding it, and leaves it;
+///                                                one that is no frame at all it passes over, as corrupt
+///   std::size_t pixels_count() const             values that next() writes
+template <typename Source>
+class DecodedStream {
+  using Pixel = typename Source::Pixel;
+
  public:
   /// Boot phase. `prefetch` slots are allocated and touched here; 0 means no thread.
-  ReplayStream(FrameSource<Pixel> source, std::size_t prefetch) : source_(std::move(source)) {
+  DecodedStream(Source source, std::size_t prefetch) : source_(std::move(source)) {
     counters_.first_rejection.reserve(kSentenceBytes);
     slots_.resize(prefetch);
     for (Slot& slot : slots_) slot.pixels.resize(source_.pixels_count());
     if (prefetch > 0) reader_ = std::thread([this] { decode_ahead(); });
   }
-  ReplayStream(const ReplayStream&) = delete;
-  ReplayStream& operator=(const ReplayStream&) = delete;
-  ~ReplayStream() {
+  DecodedStream(const DecodedStream&) = delete;
+  DecodedStream& operator=(const DecodedStream&) = delete;
+  ~DecodedStream() {
     if (!reader_.joinable()) return;
     {
       const std::lock_guard lock(mutex_);
@@ -53,24 +60,43 @@ class ReplayStream {
       return deliver(direct_, header);
     }
     TACTUS_ASSERT(pixels.size() == slots_[read_index_].pixels.size());
-    {
-      std::unique_lock lock(mutex_);
-      if (!slot_filled_.wait_for(lock, std::chrono::nanoseconds(timeout.ns),
-                                 [this] { return filled_count_ > 0; }))
-        return rt::Status::timeout;
-    }
+    if (!wait_for_slot(timeout)) return rt::Status::timeout;
     const Slot& slot = slots_[read_index_];
     if (slot.outcome.status == rt::Status::ok)
       std::memcpy(pixels.data(), slot.pixels.data(), pixels.size() * sizeof(Pixel));
-    const rt::Status status = deliver(slot.outcome, header);
-    if (ended_) return status;  // the reader has gone; the slot stays as it is
-    read_index_ = (read_index_ + 1) % slots_.size();
-    {
-      const std::lock_guard lock(mutex_);
-      --filled_count_;
+    return take_slot(header);
+  }
+
+  /// See ColorCamera::peek. What is no frame is passed over and counted.
+  rt::Status peek(FrameHeader& header, rt::Duration timeout) {
+    if (ended_) return rt::Status::end_of_stream;
+    if (slots_.empty()) {
+      source_.peek(direct_);
+      if (direct_.status != rt::Status::ok) return deliver(direct_, header);
+      count_passed_over(direct_, counters_);
+      header = direct_.header;
+      return rt::Status::ok;
     }
-    slot_freed_.notify_one();
-    return status;
+    if (!wait_for_slot(timeout)) return rt::Status::timeout;
+    const FrameOutcome& outcome = slots_[read_index_].outcome;
+    if (outcome.status != rt::Status::ok) return take_slot(header);
+    header = outcome.header;
+    return rt::Status::ok;
+  }
+
+  /// See ColorCamera::skip. Without prefetch the frame is decoded all the same: whether it is a good one decides how it is
+  /// counted, and that may not depend on the prefetch. `look(pixels, header)` sees a good one.
+  template <typename Look>
+  void skip(const Look& look) {
+    FrameHeader header;
+    if (slots_.empty()) {
+      passed_over_.resize(source_.pixels_count());
+      if (read(passed_over_, header, {}) == rt::Status::ok) look(std::span<const Pixel>(passed_over_), header);
+      return;
+    }
+    const Slot& slot = slots_[read_index_];
+    if (slot.outcome.status == rt::Status::ok) look(std::span<const Pixel>(slot.pixels), slot.outcome.header);
+    (void)take_slot(header);
   }
 
   [[nodiscard]] const CameraCounters& counters() const { return counters_; }
@@ -80,6 +106,23 @@ class ReplayStream {
     std::vector<Pixel> pixels;
     FrameOutcome outcome;
   };
+
+  bool wait_for_slot(rt::Duration timeout) {
+    std::unique_lock lock(mutex_);
+    return slot_filled_.wait_for(lock, std::chrono::nanoseconds(timeout.ns), [this] { return filled_count_ > 0; });
+  }
+
+  rt::Status take_slot(FrameHeader& header) {
+    const rt::Status status = deliver(slots_[read_index_].outcome, header);
+    if (ended_) return status;  // the reader has gone; the slot stays as it is
+    read_index_ = (read_index_ + 1) % slots_.size();
+    {
+      const std::lock_guard lock(mutex_);
+      --filled_count_;
+    }
+    slot_freed_.notify_one();
+    return status;
+  }
 
   rt::Status deliver(const FrameOutcome& outcome, FrameHeader& header) {
     count(outcome, counters_);
@@ -107,8 +150,9 @@ class ReplayStream {
     }
   }
 
-  FrameSource<Pixel> source_;  // the reader thread's while it runs
+  Source source_;  // the reader thread's while it runs
   FrameOutcome direct_;
+  std::vector<Pixel> passed_over_;
   CameraCounters counters_;
   bool ended_ = false;
   std::vector<Slot> slots_;
@@ -121,4 +165,4 @@ class ReplayStream {
   std::thread reader_;
 };
 
-}  // namespace tactus::hal::replay
+}  // namespace tactus::hal::frames
