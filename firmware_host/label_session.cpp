@@ -125,7 +125,7 @@ rt::Result<void> LabelSession::run(const std::string& what,
     frame.time = depth_tap_->header_.time;
     frame.raw_depth = depth_tap_->depth_;
     if (color_tap_ != nullptr && color_tap_->has_frame_ &&
-        std::abs(color_tap_->header_.time.ns - frame.time.ns) <= Pipeline::kPairingSkewNs) {
+        std::abs(color_tap_->header_.time.ns - frame.time.ns) <= Pairing::kSkewMax.ns) {
       frame.color_sequence = color_tap_->header_.sequence;
       frame.rgb = color_tap_->rgb_;
     }

@@ -63,6 +63,7 @@ void add_memory(RunResult& result, const RunFacts& facts, const Pipeline& pipeli
     memory.name = row.name;
     memory.owner = row.owner;
     memory.planned_bytes = row.bytes();
+    memory.is_outside_arena = row.is_outside_arena;
     std::string holders;
     if (row.holders.size() > 1)
       for (const rt::Holder& holder : row.holders)
@@ -79,6 +80,51 @@ void add_memory(RunResult& result, const RunFacts& facts, const Pipeline& pipeli
   result.resident_bytes_peak = resident_bytes_peak();
   result.memory_was_locked = facts.arena->is_locked();
   result.heap_allocations_after_seal = rt::heap_guard::was_total_calls();
+  result.heap_allocations_in_guests = rt::heap_guard::was_guest_calls();
+}
+
+/// What never came. A camera that rejects a frame leaves a gap in the numbers, too.
+std::uint64_t missing_of(const hal::CameraCounters& camera, const IntakeCounts& intake) {
+  const std::uint64_t rejected = camera.frames_rejected + camera.timestamps_rejected + intake.out_of_order;
+  return intake.gaps > rejected ? intake.gaps - rejected : 0;
+}
+
+std::optional<double> drift_of(const ClockFit& clock) {
+  return clock.is_known() ? std::optional(clock.drift_ppm()) : std::nullopt;
+}
+
+void add_sensor(RunResult& result, const Pipeline& pipeline, const hal::Sensor& sensor) {
+  const PipelineCounts& counts = pipeline.counts();
+  const hal::CameraCounters& depth = sensor.depth->counters();
+  // Frames that the camera passed over for their time were never handed out.
+  result.frames.in = counts.frames_in + depth.timestamps_rejected;
+  result.frames.tracked = counts.frames_tracked;
+  result.frames.dropped = counts.frames_dropped;
+  result.frames.lost = counts.frames_lost;
+  result.frames.rejected = counts.frames_corrupt + counts.frames_stale + depth.timestamps_rejected;
+  result.frames.missing = missing_of(depth, pipeline.depth_intake());
+  SensorResult& s = result.sensor;
+  s.is_live = sensor.is_live;
+  s.losses = depth.losses;
+  s.timeouts = counts.capture_timeouts;
+  s.buffers_bytes = sensor.buffers_bytes;
+  s.depth = pipeline.depth_intake();
+  s.color = pipeline.color_intake();
+  if (sensor.color != nullptr) {
+    const hal::CameraCounters& color = sensor.color->counters();
+    s.losses += color.losses;
+    s.color_rejected = color.frames_rejected + color.timestamps_rejected + s.color.rejected();
+    s.color_missing = missing_of(color, s.color);
+  }
+  const Pairing& pairing = pipeline.pairing();
+  s.paired = pairing.paired();
+  s.colors_unpaired = pairing.colors_unpaired();
+  s.depths_unpaired = pairing.depths_unpaired();
+  s.skew_ms_counts = pairing.skew_ms_counts();
+  s.skew_ms = summary_of(pairing.distance());
+  s.depth_drift_ppm = drift_of(pairing.depth_clock());
+  s.color_drift_ppm = drift_of(pairing.color_clock());
+  s.arrival_to_read_ms = summary_of(pipeline.arrival_latency());
 }
 
 void add_map(RunResult& result, const map::Map& map) {
@@ -322,7 +368,6 @@ rt::Result<RunOutputs> RunOutputs::create(const std::filesystem::path& folder) {
 rt::Result<std::string> RunOutputs::write(const RunFacts& facts, const Pipeline& pipeline,
                                           const hal::Sensor& sensor) {
   const map::Map& map = pipeline.spine().map();
-  const PipelineCounts& counts = pipeline.counts();
   RunResult result;
   result.source = facts.options->source;
   result.description = sensor.description;
@@ -342,10 +387,9 @@ rt::Result<std::string> RunOutputs::write(const RunFacts& facts, const Pipeline&
   result.gravity_origin = facts.gravity_origin;
   for (const std::string& note : sensor.notes) result.notes.push_back({Note::Kind::note, note});
   result.was_interrupted = interrupted.load();
-  result.frames = {counts.frames_in, counts.frames_tracked, counts.frames_dropped, counts.frames_lost,
-                   sensor.depth->counters().frames_rejected};
-  result.keyframes = counts.keyframes;
-  result.relocalisations = counts.relocalisations;
+  add_sensor(result, pipeline, sensor);
+  result.keyframes = pipeline.counts().keyframes;
+  result.relocalisations = pipeline.counts().relocalisations;
   add_stages(result, pipeline);
   add_memory(result, facts, pipeline);
   add_map(result, map);

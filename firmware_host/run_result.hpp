@@ -2,6 +2,7 @@
 // report.html and the other outputs only read it.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -11,6 +12,8 @@
 #include <vector>
 
 #include "firmware_host/machine.hpp"
+#include "pipeline/capture/intake.hpp"
+#include "pipeline/capture/pairing.hpp"
 #include "pipeline/evaluate/overlay.hpp"
 #include "pipeline/evaluate/trajectory.hpp"
 #include "pipeline/label/material.hpp"
@@ -112,12 +115,29 @@ struct DisplayResult {
   evaluate::OverlayError predicted_to_tracked, predicted_to_truth, tracked_to_truth;  // poses_count 0: unknown
 };
 
+/// in = tracked + dropped + lost + rejected.
 struct FrameCounts {
-  std::uint64_t in = 0;        // delivered by the sensor
+  std::uint64_t in = 0;        // taken from the sensor
   std::uint64_t tracked = 0;   // with a trusted pose
   std::uint64_t dropped = 0;   // overtaken in a full ring
   std::uint64_t lost = 0;      // tracking had no trusted pose
-  std::uint64_t rejected = 0;  // refused by the sensor backend: corrupt, wrong size
+  std::uint64_t rejected = 0;  // corrupt, of the wrong size, twice, out of order, with an impossible time
+  std::uint64_t missing = 0;   // never came, by their numbers: not in `in`
+};
+
+/// What the cameras were like.
+struct SensorResult {
+  bool is_live = false;
+  std::uint64_t losses = 0;     // times that a device went away
+  std::uint64_t timeouts = 0;   // rounds without a frame
+  std::uint64_t buffers_bytes = 0;
+  IntakeCounts depth, color;
+  std::uint64_t color_rejected = 0, color_missing = 0;
+  std::uint64_t paired = 0, colors_unpaired = 0, depths_unpaired = 0;
+  std::array<std::uint64_t, Pairing::kSkewBins> skew_ms_counts{};  // of the pairs, whole milliseconds from -20 on
+  LatencySummary skew_ms;                                          // its size
+  std::optional<double> depth_drift_ppm, color_drift_ppm;          // against this machine's clock, where both are known
+  LatencySummary arrival_to_read_ms;                               // of live cameras
 };
 
 struct RunResult {
@@ -141,6 +161,7 @@ struct RunResult {
 
   // What came of it.
   FrameCounts frames;
+  SensorResult sensor;
   std::uint64_t keyframes = 0, relocalisations = 0;
   LatencySummary frame_latency_ms;
   std::vector<float> frame_ms;       // frame in to frame done, one value per frame
@@ -149,6 +170,7 @@ struct RunResult {
   std::vector<MemoryResult> memory;  // in table order
   std::uint64_t resident_bytes_peak = 0;
   std::uint64_t heap_allocations_after_seal = 0;
+  std::uint64_t heap_allocations_in_guests = 0;  // by camera libraries and decoders, on our capture thread
   bool memory_was_locked = false;
   MapResult map;
   LabelingResult labels;

@@ -2,6 +2,7 @@
 
 #include <csignal>
 #include <cstdio>
+#include <optional>
 
 #include "firmware_host/progress.hpp"
 #include "hal/display.hpp"
@@ -13,6 +14,32 @@ namespace {
 
 constexpr rt::Duration kContactPeriod{16'666'667};  // two physics steps
 constexpr rt::Duration kIdle{500'000};              // between looks into an empty ring
+constexpr rt::Duration kPatience{30'000'000'000};   // for a device that went away: time to find the plug
+constexpr rt::Duration kBetweenCalls{10'000'000};   // to a device that is away
+
+/// Whether the source is over: at its end, or away for longer than anyone waits.
+class SourceWatch {
+ public:
+  explicit SourceWatch(rt::Clock clock) : clock_(clock) {}
+
+  /// To be told what each capture round said. Sleeps a little while a device is away.
+  bool is_over(rt::Status captured) {
+    if (captured == rt::Status::end_of_stream) return true;
+    if (captured != rt::Status::device_lost) {
+      away_since_.reset();
+      return false;
+    }
+    const rt::HostTime now = clock_.now();
+    if (!away_since_) away_since_ = now;
+    if (now - *away_since_ > kPatience) return true;
+    clock_.sleep_until(now + kBetweenCalls);
+    return false;
+  }
+
+ private:
+  rt::Clock clock_;
+  std::optional<rt::HostTime> away_since_;
+};
 
 extern "C" void on_signal(int) { interrupted.store(true, std::memory_order_relaxed); }
 
@@ -37,10 +64,11 @@ double run_lockstep(Pipeline& pipeline, double frame_rate_hz, std::uint64_t fram
   Progress progress("lockstep", frames_expected, clock);
   const rt::HostTime begin = clock.now();
   std::uint64_t frame = 0;
+  SourceWatch watch(clock);
   while (!interrupted.load(std::memory_order_relaxed)) {
     const rt::Status captured = pipeline.capture_round(clock);
-    if (captured == rt::Status::end_of_stream || captured == rt::Status::device_lost) break;
-    if (captured != rt::Status::ok) continue;  // rejected by the sensor and counted there
+    if (watch.is_over(captured)) break;
+    if (captured != rt::Status::ok) continue;  // rejected and counted
     (void)pipeline.spine_round(clock, rt::kNoDeadline);
     (void)pipeline.segment_round(clock);
     (void)pipeline.refine_round(clock);
@@ -71,9 +99,10 @@ void capture_main(void* context) {
   auto& run = *static_cast<Realtime*>(context);
   // A recording's frame is due when as much time has passed here as did for the sensor.
   rt::HostTime due = run.clock.now();
+  SourceWatch watch(run.clock);
   while (!interrupted.load(std::memory_order_relaxed)) {
     const rt::Status captured = run.pipeline->capture_round(run.clock);
-    if (captured == rt::Status::end_of_stream || captured == rt::Status::device_lost) break;
+    if (watch.is_over(captured)) break;
     if (run.is_live) continue;
     due = due + run.frame_time;
     run.clock.sleep_until(due);

@@ -18,12 +18,12 @@ extern std::atomic<bool> interrupted;
 /// before.
 void catch_signals();
 
-/// One thread, fixed order, nothing dropped; virtual time advances by the sensor's frame interval. Returns
-/// wall seconds.
+/// One thread, fixed order, nothing dropped; virtual time advances by the sensor's frame interval. A device that goes away
+/// is waited for, 30 s at most; then the session ends as at the source's end. Returns wall seconds.
 double run_lockstep(Pipeline& pipeline, double frame_rate_hz, std::uint64_t frames_expected, Presenter& presenter,
                     Recorder* recorder);
 
-/// A thread each; recordings are paced by their own timestamps and drop what comes too late. `recorder` may be null.
+/// A thread each; recordings are paced by their own timestamps and drop what comes too late, devices are waited for as above. `recorder` may be null.
 rt::Result<double> run_realtime(Pipeline& pipeline, double frame_rate_hz, bool is_live, std::uint64_t frames_expected,
                                 Presenter& presenter, Recorder* recorder);
 

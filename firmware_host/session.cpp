@@ -150,7 +150,7 @@ rt::Result<void> Session::play() {
     wall_s_ = run_lockstep(pipeline, sensor.frame_rate_hz, sensor.frames_count, presenter, recorder_.get());
   } else {
     auto ran =
-        run_realtime(pipeline, sensor.frame_rate_hz, false, sensor.frames_count, presenter, recorder_.get());
+        run_realtime(pipeline, sensor.frame_rate_hz, sensor.is_live, sensor.frames_count, presenter, recorder_.get());
     if (!ran) return ran.error();
     wall_s_ = *ran;
   }

@@ -98,6 +98,39 @@ json display_json(const DisplayResult& d) {
   return j;
 }
 
+json intake_json(const IntakeCounts& i) {
+  return {{"duplicates", i.duplicates},
+          {"out_of_order", i.out_of_order},
+          {"times_repaired", i.times_repaired},
+          {"time_jumps", i.time_jumps}};
+}
+
+json sensor_json(const SensorResult& s) {
+  json histogram = json::object();
+  for (std::size_t i = 0; i < s.skew_ms_counts.size(); ++i)
+    if (s.skew_ms_counts[i] > 0)
+      histogram[std::to_string(static_cast<int>(i) - static_cast<int>(Pairing::kSkewBins / 2))] = s.skew_ms_counts[i];
+  json pairing = {{"skew_ms_limit", Pairing::kSkewMax.milliseconds()},
+                  {"paired", s.paired},
+                  {"colors_unpaired", s.colors_unpaired},
+                  {"depths_unpaired", s.depths_unpaired},
+                  {"skew_ms", latency_json(s.skew_ms)},
+                  {"histogram_ms", std::move(histogram)}};
+  json j = {{"live", s.is_live},
+            {"losses", s.losses},
+            {"timeouts", s.timeouts},
+            {"buffers_bytes", s.buffers_bytes},
+            {"depth", intake_json(s.depth)},
+            {"color", intake_json(s.color)},
+            {"pairing", std::move(pairing)}};
+  j["color"]["rejected"] = s.color_rejected;
+  j["color"]["missing"] = s.color_missing;
+  if (s.depth_drift_ppm) j["depth"]["clock_drift_ppm"] = *s.depth_drift_ppm;
+  if (s.color_drift_ppm) j["color"]["clock_drift_ppm"] = *s.color_drift_ppm;
+  if (s.arrival_to_read_ms.count > 0) j["arrival_to_read_ms"] = latency_json(s.arrival_to_read_ms);
+  return j;
+}
+
 json game_json(const GameResult& g) {
   return {{"throws", g.throws},
           {"shots", g.shots},
@@ -157,12 +190,15 @@ json summary_json(const RunResult& r) {
       {"frames_dropped", r.frames.dropped},
       {"frames_lost", r.frames.lost},
       {"frames_rejected", r.frames.rejected},
+      {"frames_missing", r.frames.missing},
+      {"sensor", sensor_json(r.sensor)},
       {"keyframes", r.keyframes},
       {"relocalisations", r.relocalisations},
       {"frame_latency_ms", latency_json(r.frame_latency_ms)},
       {"stage_latency_ms", std::move(stages)},
       {"memory", memory_json(r)},
       {"heap_allocations_after_seal", r.heap_allocations_after_seal},
+      {"heap_allocations_in_guests", r.heap_allocations_in_guests},
       {"map",
        {{"blocks_used", r.map.blocks_used},
         {"blocks_capacity", r.map.blocks_capacity},

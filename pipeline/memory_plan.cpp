@@ -105,6 +105,13 @@ void plan_memory(const Profile& profile, const hal::RigCalibration& rig, const P
                  "refine",
                  "cells of a region with costs and marginals (24 columns), lattices of the three kernels"));
   }
+  if (options.camera_buffers_bytes > 0) {
+    rt::MemoryRow buffers = row("camera buffers", {{"frames", 1}}, options.camera_buffers_bytes, "hal",
+                                "the device's own frames, or those of a recording decoded ahead; not counted in the "
+                                "profile's limit");
+    buffers.is_outside_arena = true;
+    plan.add(buffers);
+  }
 }
 
 map::RefineConfig refine_within(const map::RefineConfig& wanted, std::uint32_t blocks_capacity,

@@ -50,8 +50,9 @@ rt::Result<void> Pipeline::plan(const PipelineSetup& setup, rt::MemoryPlan& plan
     options.network_bytes = *bytes;
     options.scores_width = options.scores_height = kScoresSideMax;  // known exactly once the network is built
   }
+  options.camera_buffers_bytes = setup.sensor->buffers_bytes;
   plan_memory(setup.profile, setup.sensor->calibration, options, plan);
-  const std::size_t counted = plan.total_bytes() - options.network_bytes;
+  const std::size_t counted = plan.arena_bytes() - options.network_bytes;
   if (counted > setup.profile.memory_bytes_max)
     return rt::Error{rt::ExitCode::budget_exceeded,
                      "The plan needs " + std::to_string(counted >> 20) + " MiB and profile " +
@@ -165,6 +166,10 @@ rt::Result<void> Pipeline::bind(const PipelineSetup& setup, rt::MemoryPlan& plan
     if (auto bound = renderer_->bind(config, plan.take("render")); !bound) return bound.error();
   }
 
+  depth_intake_.configure(setup.sensor->frame_rate_hz);
+  color_intake_.configure(setup.sensor->frame_rate_hz);
+  pairing_.configure(setup.sensor->frame_rate_hz, setup.sensor->has_two_clocks);
+
   // (4) Records.
   rt::Slice trace = plan.take("trace");
   for (auto& ring : traces_) ring.bind(trace, setup.profile.trace_records_count);
@@ -206,38 +211,82 @@ rt::Status Pipeline::timed(Stage stage, std::size_t trace, rt::Clock clock, rt::
   return status;
 }
 
+/// Whether the next colour frame is known; what the intake rejects is passed over.
+bool Pipeline::look_at_color(rt::Duration timeout) noexcept {
+  while (!color_ahead_) {
+    hal::FrameHeader header;
+    const rt::Status status = setup_.sensor->color->peek(header, timeout);
+    if (status == rt::Status::corrupt) continue;
+    if (status != rt::Status::ok) return false;
+    if (color_intake_.check(header) != rt::Status::ok) {
+      setup_.sensor->color->skip();
+      continue;
+    }
+    pairing_.saw_color(header);
+    color_ahead_ = header;
+  }
+  return true;
+}
+
+/// Both cameras deliver in the order of time. An image that is too early for this depth has no partner; one that is too
+/// late stays in the camera's buffer for the next.
+void Pipeline::pair_color(SensorFrame& frame) noexcept {
+  hal::ColorCamera& camera = *setup_.sensor->color;
+  // A device's colour may be on its way still; a recording's is there or will never be.
+  const rt::Duration timeout = setup_.sensor->is_live ? Pairing::kSkewMax : kReadTimeout;
+  while (look_at_color(timeout)) {
+    const hal::FrameHeader color = *color_ahead_;
+    const Match match = pairing_.match(frame.header, color);
+    if (match == Match::late) break;
+    color_ahead_.reset();
+    if (match == Match::early) {
+      camera.skip();
+      pairing_.count_color_alone();
+      continue;
+    }
+    hal::FrameHeader taken;
+    if (camera.read(frame.rgb, taken, timeout) != rt::Status::ok) continue;  // did not decode; the next may be near, too
+    frame.has_rgb = true;
+    pairing_.count_pair(frame.header, color);
+    return;
+  }
+  pairing_.count_depth_alone();
+}
+
 rt::Status Pipeline::capture_round(rt::Clock clock) noexcept {
   auto lease = frames_.try_lease();
   TACTUS_ASSERT(lease.has_value());  // kFramesCount is the sum of all holders
   SensorFrame& frame = **lease;
   hal::Sensor& sensor = *setup_.sensor;
-  const rt::HostTime begin = clock.now();
+  std::optional<rt::RtScope> guarded;
+  if (!sensor.allocates_in_read) guarded.emplace();
+  rt::HostTime begin = clock.now();
   const rt::Status read = sensor.depth->read(frame.raw_depth, frame.header, kReadTimeout);
+  if (read == rt::Status::corrupt) ++counts_.frames_corrupt;
+  if (read == rt::Status::timeout) ++counts_.capture_timeouts;
+  if (read == rt::Status::corrupt || read == rt::Status::ok) ++counts_.frames_in;
   if (read != rt::Status::ok) return read;
   frame.captured = clock.now();
-  frame.has_rgb = false;
-  if (sensor.color != nullptr) {
-    // Both cameras deliver in the order of time. An image that is too early for this depth has no partner;
-    // one that is too late waits in its buffer for the next.
-    hal::FrameHeader header;
-    while (sensor.color->read(frame.rgb, header, kReadTimeout) == rt::Status::ok) {
-      const std::int64_t skew_ns = header.time.ns - frame.header.time.ns;
-      if (skew_ns < -kPairingSkewNs) {
-        ++counts_.colors_unpaired;
-        continue;
-      }
-      frame.has_rgb = skew_ns <= kPairingSkewNs;
-      if (!frame.has_rgb) ++counts_.colors_unpaired;
-      break;
-    }
+  if (depth_intake_.check(frame.header) != rt::Status::ok) {
+    ++counts_.frames_stale;
+    return rt::Status::stale;
   }
+  pairing_.saw_depth(frame.header);
+  if (sensor.is_live && frame.header.arrived.ns != 0) {
+    begin = frame.header.arrived;  // waiting for the device is not work
+    arrival_latency_.record(frame.captured - begin);
+    frame.captured = begin;
+  }
+  frame.has_rgb = false;
+  if (sensor.color != nullptr) pair_color(frame);
   frame.has_labels = false;
   const segment::KeyframeRules& rules = setup_.profile.keyframes;
   // By need, any frame may be one.
   if (setup_.labels_from_source &&
-      (rules.policy == segment::KeyframePolicy::adaptive || frame.header.sequence % rules.every_frames == 0))
+      (rules.policy == segment::KeyframePolicy::adaptive || frame.header.sequence % rules.every_frames == 0)) {
+    guarded.reset();  // exact labels are decoded or rendered; no headset has them
     frame.has_labels = sensor.labels->read(frame.header.sequence, frame.labels) == rt::Status::ok;
-  ++counts_.frames_in;
+  }
   rt::StageRecord& record = records_[static_cast<std::size_t>(Stage::capture)];
   const rt::HostTime end = clock.now();
   record.latency.record(end - begin);

@@ -24,6 +24,8 @@
 #include "hal/display.hpp"
 #include "hal/spatial_mixer.hpp"
 #include "pipeline/budgets.hpp"
+#include "pipeline/capture/intake.hpp"
+#include "pipeline/capture/pairing.hpp"
 #include "pipeline/contact/touched_room.hpp"
 #include "pipeline/contact/world.hpp"
 #include "pipeline/interact/game.hpp"
@@ -75,7 +77,9 @@ struct PipelineSetup {
 /// What is counted while running, for the summary. Read when the threads rest.
 struct PipelineCounts {
   std::uint64_t frames_in = 0, frames_tracked = 0, frames_lost = 0, frames_dropped = 0;
-  std::uint64_t colors_unpaired = 0;
+  std::uint64_t frames_stale = 0;     // taken from the camera, thrown away by the intake; in frames_in
+  std::uint64_t frames_corrupt = 0;   // rejected by the camera; in frames_in
+  std::uint64_t capture_timeouts = 0;  // rounds without a frame
   std::uint64_t relocalisations = 0, keyframes = 0, keyframes_segmented = 0, keyframes_replaced = 0;
   std::uint64_t cues_dropped = 0;  // sounds that found their ring full
 };
@@ -115,8 +119,6 @@ class Pipeline {
 
   static constexpr int kSourceScoresWidth = 160,
                        kSourceScoresHeight = 120;  // of labels taken from the source
-  static constexpr std::int64_t kPairingSkewNs =
-      20'000'000;                             // depth and colour of one moment, as TUM pairs them
   static constexpr int kScoresSideMax = 192;  // of a network's score image, pixels each way
 
   /// Boot: the table for this setup; then, with the table carved, every stage takes its memory and is warmed
@@ -125,8 +127,9 @@ class Pipeline {
   rt::Result<void> bind(const PipelineSetup& setup, rt::MemoryPlan& plan);
 
   // One round of each thread. Step. The clock times the stages; deadlines decide who gives way.
-  /// Reads one sensor moment and passes it on. end_of_stream when the source is over. Not a real-time round:
-  /// replay backends decode in it.
+  /// Reads one sensor moment, finds its colour and passes it on. end_of_stream when the source is over; device_lost while
+  /// a device is away, at once; corrupt and stale for frames that are rejected, and counted. May wait for a frame, for a
+  /// second at most. Makes no heap call of its own unless the sensor says that it decodes in it.
   rt::Status capture_round(rt::Clock clock) noexcept;
   /// Takes the oldest waiting frame through the spine. skipped when none waits.
   rt::Status spine_round(rt::Clock clock, rt::HostTime deadline) noexcept;
@@ -181,6 +184,13 @@ class Pipeline {
   [[nodiscard]] std::optional<hal::FrameHeader> viewed_frame() const noexcept {
     return view_ ? std::optional(view_->header) : std::nullopt;
   }
+  /// What the cameras' frames were like, and which belong together. When the threads rest.
+  [[nodiscard]] const IntakeCounts& depth_intake() const noexcept { return depth_intake_.counts(); }
+  [[nodiscard]] const IntakeCounts& color_intake() const noexcept { return color_intake_.counts(); }
+  [[nodiscard]] const Pairing& pairing() const noexcept { return pairing_; }
+  /// Of live cameras: from a depth frame's arrival in this machine to its lying in the pipeline's memory. Count 0:
+  /// unknown.
+  [[nodiscard]] const rt::Histogram& arrival_latency() const noexcept { return arrival_latency_; }
   /// From the sensor's handing a frame over to its picture's being shown.
   [[nodiscard]] const rt::Histogram& photon_latency() const noexcept { return photon_latency_; }
   /// Where each tracked frame's pose was predicted to be, one frame before, from the poses until then.
@@ -212,6 +222,8 @@ class Pipeline {
   [[nodiscard]] LabelSurvey survey() const noexcept;
   bool is_keyframe() noexcept;
   void fill_keyframe(const SensorFrame& frame) noexcept;
+  void pair_color(SensorFrame& frame) noexcept;
+  bool look_at_color(rt::Duration timeout) noexcept;
   void begin_fusing(KeyframeSlot slot) noexcept;
   rt::Status fuse_answered() noexcept;
   rt::Status pin_waiting() noexcept;
@@ -290,6 +302,12 @@ class Pipeline {
   std::size_t fusing_count_ = 0, fusing_done_ = 0;
   std::optional<KeyframeSlot> fusing_;
   bool has_keyframe_ = false;
+
+  // capture
+  Intake depth_intake_, color_intake_;
+  Pairing pairing_;
+  std::optional<hal::FrameHeader> color_ahead_;  // the next colour frame, still in the camera's buffer
+  rt::Histogram arrival_latency_;
 
   // refine
   std::uint32_t refined_frame_ = 0;

@@ -82,6 +82,25 @@ TEST_F(HeapGuardTest, CountsOnlyInsideAScopeAndOnlyWhenSealed) {
   EXPECT_EQ(heap_guard::was_total_calls(), before + 1);
 }
 
+TEST_F(HeapGuardTest, CallsOfAGuestLibraryAreCountedApart) {
+  const std::uint64_t total_before = heap_guard::was_total_calls();
+  const std::uint64_t guests_before = heap_guard::was_guest_calls();
+  EXPECT_EQ(calls_of([] {
+              {
+                const GuestScope guest;
+                { const GuestScope nested; }
+                look_at(std::make_unique<int>(1).get());
+              }
+              look_at(std::make_unique<int>(2).get());
+            }),
+            1U)
+      << "after the guest has returned, calls are ours again";
+  EXPECT_EQ(heap_guard::was_total_calls(), total_before + 1);
+  EXPECT_EQ(heap_guard::was_guest_calls(), guests_before + 1);
+  { const GuestScope outside_of_any_step; look_at(std::make_unique<int>(1).get()); }
+  EXPECT_EQ(heap_guard::was_guest_calls(), guests_before + 1);
+}
+
 TEST_F(HeapGuardTest, CountsPerThreadAndInTotal) {
   const std::uint64_t total_before = heap_guard::was_total_calls();
   const std::uint64_t mine_before = heap_guard::thread_calls();
