@@ -23,6 +23,7 @@ rt::Result<std::string> report_html(const RunResult& r) {
   html += *pictures;
   html += trajectory_section(r);
   html += latency_section(r);
+  html += sensor_section(r);
   html += memory_section(r);
   html += labels_section(r);
   html += events_section(r);

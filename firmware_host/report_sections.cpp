@@ -9,6 +9,7 @@
 
 #include "firmware_host/html.hpp"
 #include "firmware_host/report.hpp"
+#include "firmware_host/report_parts.hpp"
 #include "firmware_host/report_plot.hpp"
 #include "firmware_host/summary.hpp"
 
@@ -17,12 +18,6 @@ namespace {
 
 /// Rows of a long list that the page shows before it says how many more there are.
 constexpr std::size_t kEventsShown = 200;
-
-std::string section(const char* id, const std::string& title, const std::string& about,
-                    const std::string& body) {
-  return "<section id=\"" + std::string(id) + "\"><h2>" + title + "</h2>" +
-         (about.empty() ? "" : "<p class=\"about\">" + about + "</p>") + body + "</section>\n";
-}
 
 enum class Verdict : std::uint8_t { none, good, bad };
 
@@ -34,20 +29,9 @@ std::string tile(const std::string& name, const std::string& figure, const std::
          "</div><div class=\"detail\">" + detail + "</div></div>";
 }
 
-std::string cell(const std::string& text) { return "<td class=\"n\">" + text + "</td>"; }
-
-std::string meter(double share, bool is_known = true) {
-  return "<div class=\"meter" + std::string(is_known ? "" : " none") +
-         "\"><i style=\"width:" + fixed(std::clamp(share, 0.0, 1.0) * 100, 1) + "%\"></i></div>";
-}
-
 std::string percent(double share) {
   const double p = share * 100;
   return (p > 0 && p < 0.1 ? "&lt; 0.1" : fixed(p, p < 9.95 ? 1 : 0)) + " %";
-}
-
-std::string plural(std::uint64_t count, const std::string& one, const std::string& many) {
-  return grouped(count) + " " + (count == 1 ? one : many);
 }
 
 /// The overlay's colour of a material and its name.

@@ -13,6 +13,7 @@ rt::Result<std::string> pictures_section(const RunResult& result);
 std::string trajectory_section(const RunResult& result);  // from above, from the side, error over time
 std::string latency_section(const RunResult& result);     // frame over time, stages against their budgets
 std::string memory_section(const RunResult& result);      // planned and used, row by row
+std::string sensor_section(const RunResult& result);      // what became of each frame, which colour it got
 std::string labels_section(const RunResult& result);      // materials by share of the surface
 std::string game_section(const RunResult& result);        // film, counters, outcomes by material
 std::string events_section(const RunResult& result);      // contacts, breaks, losses
