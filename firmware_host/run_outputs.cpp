@@ -405,6 +405,10 @@ rt::Result<std::string> RunOutputs::write(const RunFacts& facts, const Pipeline&
   result.pictures = facts.pictures;
   result.notes = facts.notes;
   if (!facts.labels->remark.empty()) result.notes.push_back({Note::Kind::note, facts.labels->remark});
+  if (const std::uint64_t left_out = pipeline.counts().poses_left_out; left_out > 0)
+    result.notes.push_back({Note::Kind::warning, "trajectory.txt ends early: the last " + std::to_string(left_out) +
+                                                     " tracked frames found no room in it; record long sessions "
+                                                     "(--record) and replay them."});
   if (!facts.arena->is_locked()) result.notes.push_back({Note::Kind::warning, facts.arena->lock_refusal()});
   for (const hal::CameraCounters* camera :
        {&sensor.depth->counters(), sensor.color ? &sensor.color->counters() : nullptr})

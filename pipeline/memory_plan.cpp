@@ -105,13 +105,16 @@ void plan_memory(const Profile& profile, const hal::RigCalibration& rig, const P
                  "refine",
                  "cells of a region with costs and marginals (24 columns), lattices of the three kernels"));
   }
-  if (options.camera_buffers_bytes > 0) {
-    rt::MemoryRow buffers = row("camera buffers", {{"frames", 1}}, options.camera_buffers_bytes, "hal",
-                                "the device's own frames, or those of a recording decoded ahead; not counted in the "
-                                "profile's limit");
-    buffers.is_outside_arena = true;
-    plan.add(buffers);
-  }
+  const auto add_outside = [&](const char* name, const char* holder, std::size_t bytes, const char* owner, const char* why) {
+    if (bytes == 0) return;
+    rt::MemoryRow outside = row(name, {{holder, 1}}, bytes, owner, why);
+    outside.is_outside_arena = true;
+    plan.add(outside);
+  };
+  add_outside("camera buffers", "frames", options.camera_buffers_bytes, "hal",
+              "the device's own frames, or those of a recording decoded ahead; not counted in the profile's limit");
+  add_outside("trajectory", "poses", options.poses_bytes, "spine",
+              "an hour of a device at 30 Hz for trajectory.txt; not counted in the profile's limit");
 }
 
 map::RefineConfig refine_within(const map::RefineConfig& wanted, std::uint32_t blocks_capacity,

@@ -14,6 +14,7 @@ struct PlanOptions {
   std::size_t network_bytes = 0;            // 0: no network
   int scores_width = 0, scores_height = 0;  // 0: no labels, nothing to refine
   std::size_t camera_buffers_bytes = 0;     // hal::Sensor::buffers_bytes
+  std::size_t poses_bytes = 0;              // of a session of unknown length
 };
 
 /// Frames in flight: capture fills 1, 2 wait for the spine, spine 1, 1 waits for present, present 1.

@@ -17,6 +17,7 @@ namespace {
 constexpr rt::Duration kReadTimeout{1'000'000'000};
 constexpr std::int64_t kKnownPoseSkewNs = 1'000'000;  // a known pose is the frame's own
 constexpr std::size_t kSeriesDefault = 4096, kSeriesMax = 100'000;
+constexpr std::size_t kPosesOfADevice = 108'000;  // nobody knows when it ends: an hour at 30 Hz, 104 bytes each
 // A keyframe's 45 thousand cells take 20 ms: an eighth of them a frame, and they are done before the next
 // keyframe's.
 constexpr std::size_t kCellsPerFuse = 6000;
@@ -51,6 +52,7 @@ rt::Result<void> Pipeline::plan(const PipelineSetup& setup, rt::MemoryPlan& plan
     options.scores_width = options.scores_height = kScoresSideMax;  // known exactly once the network is built
   }
   options.camera_buffers_bytes = setup.sensor->buffers_bytes;
+  if (setup.frames_expected == 0) options.poses_bytes = kPosesOfADevice * sizeof(TrackedPose);
   plan_memory(setup.profile, setup.sensor->calibration, options, plan);
   const std::size_t counted = plan.arena_bytes() - options.network_bytes;
   if (counted > setup.profile.memory_bytes_max)
@@ -179,7 +181,9 @@ rt::Result<void> Pipeline::bind(const PipelineSetup& setup, rt::MemoryPlan& plan
           : std::min<std::size_t>(kSeriesMax, static_cast<std::size_t>(setup.frames_expected) + 1);
   for (auto& one : series_ms_) one.reserve(series);
   frame_series_ms_.reserve(series);
-  trajectory_.reserve(series);
+  // Touched now: memory that first is used frame by frame looks like a leak for as long.
+  trajectory_.resize(setup.frames_expected == 0 ? kPosesOfADevice : series);
+  trajectory_.clear();
   predictions_.reserve(series);
   label_ages_ms_.reserve(series);
 
@@ -335,6 +339,8 @@ rt::Status Pipeline::spine_round(rt::Clock clock, rt::HostTime deadline) noexcep
     ++counts_.frames_tracked;
     if (trajectory_.size() < trajectory_.capacity())
       trajectory_.push_back({frame->header.time, result.T_world_depth});
+    else
+      ++counts_.poses_left_out;
     if (result.relocalized) ++counts_.relocalisations;
     fill_keyframe(*frame);
     T_world_before_ = result.T_world_depth;

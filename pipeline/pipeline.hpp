@@ -81,6 +81,7 @@ struct PipelineCounts {
   std::uint64_t frames_corrupt = 0;   // rejected by the camera; in frames_in
   std::uint64_t capture_timeouts = 0;  // rounds without a frame
   std::uint64_t relocalisations = 0, keyframes = 0, keyframes_segmented = 0, keyframes_replaced = 0;
+  std::uint64_t poses_left_out = 0;  // tracked when trajectory() was full
   std::uint64_t cues_dropped = 0;  // sounds that found their ring full
 };
 
