@@ -22,19 +22,6 @@ constexpr int kNodesMax = 256;  // minors of the kernel's video4linux class
 // Of what a driver enumerates; real ones have tens.
 constexpr std::uint32_t kFormatsMax = 256, kSizesMax = 256, kIntervalsMax = 256;
 
-std::string_view read_file(const char* path, std::span<char> text) noexcept {
-  const Descriptor file(::open(path, O_RDONLY | O_CLOEXEC));
-  if (!file.is_open()) return {};
-  std::size_t size = 0;
-  while (size < text.size()) {
-    const ssize_t got = ::read(file.get(), text.data() + size, text.size() - size);
-    if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) break;
-    size += static_cast<std::size_t>(got);
-  }
-  return {text.data(), size};
-}
-
 int number_in(std::string_view text) noexcept {
   int number = -1;
   (void)std::from_chars(text.data(), text.data() + text.size(), number);
@@ -126,6 +113,19 @@ int call(int fd, unsigned long request, void* argument) noexcept {
     answer = ::ioctl(fd, request, argument);
   } while (answer < 0 && errno == EINTR);
   return answer < 0 ? errno : 0;
+}
+
+std::string_view read_file(const char* path, std::span<char> text) noexcept {
+  const Descriptor file(::open(path, O_RDONLY | O_CLOEXEC));
+  if (!file.is_open()) return {};
+  std::size_t size = 0;
+  while (size < text.size()) {
+    const ssize_t got = ::read(file.get(), text.data() + size, text.size() - size);
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) break;
+    size += static_cast<std::size_t>(got);
+  }
+  return {text.data(), size};
 }
 
 bool NodeInfo::is_capture() const {

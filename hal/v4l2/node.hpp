@@ -58,6 +58,9 @@ int read_info(int fd, NodeInfo& info) noexcept;
 /// only nodes with the right index. Its path goes to `path`. Not open: there is none.
 Descriptor find_node(const NodeInfo& wanted, bool (NodeInfo::*is_wanted)() const, NodePath& path) noexcept;
 
+/// What `text` has room for of a file; empty: there is none. No heap.
+std::string_view read_file(const char* path, std::span<char> text) noexcept;
+
 /// The text of a small file of sysfs beside the node behind `fd`, such as "index" or "device/../descriptors", read into
 /// `text`; empty: none. No heap.
 std::string_view read_beside(int fd, const char* file, std::span<char> text) noexcept;
