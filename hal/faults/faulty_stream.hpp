@@ -139,6 +139,7 @@ class FaultyStream {
         continue;
       }
       pass_over();
+      if (fate != Fate::half) ++missing_count_;
       if (fate == Fate::withheld) return rt::Status::timeout;
       if (fate == Fate::half) return rt::Status::corrupt;
       if (fate == Fate::away) {
@@ -175,10 +176,11 @@ class FaultyStream {
       Frame frame;
       (void)decide(seen, frame);
       pass_over();
+      ++missing_count_;
     }
   }
 
-  /// A frame that vanishes. That the source finds it corrupt on the way is nobody's business: it has its answer.
+  /// A frame that vanishes. That the source finds it corrupt on the way does not count: it has its answer.
   void pass_over() {
     const std::uint64_t before = source_->counters().frames_rejected;
     source_->skip();
@@ -323,7 +325,7 @@ class FaultyStream {
     counters_.frames_delivered = delivered_count_;
     counters_.frames_rejected = theirs.frames_rejected - hidden_rejections_count_ + halves_count_;
     counters_.timestamps_rejected = theirs.timestamps_rejected;
-    counters_.frames_missing = theirs.frames_missing;
+    counters_.frames_missing = theirs.frames_missing + missing_count_;
     counters_.losses = theirs.losses + losses_count_;
     if (counters_.first_rejection.empty() && !theirs.first_rejection.empty())
       counters_.first_rejection.assign(theirs.first_rejection, 0, kSentenceBytes);
@@ -332,7 +334,7 @@ class FaultyStream {
   std::unique_ptr<Source> source_;
   StreamSetup setup_;
   CameraCounters counters_;
-  std::uint64_t delivered_count_ = 0, halves_count_ = 0, hidden_rejections_count_ = 0, losses_count_ = 0;
+  std::uint64_t delivered_count_ = 0, halves_count_ = 0, hidden_rejections_count_ = 0, missing_count_ = 0, losses_count_ = 0;
   Frame next_;
   Slot swapped_, again_;
   bool successor_has_passed_ = false;

@@ -25,6 +25,7 @@ struct CameraCase {
   std::uint64_t color_frames = 0;    // delivered; 0: no colour camera
   std::uint64_t depth_rejected = 0;  // frames_rejected + timestamps_rejected
   std::uint64_t color_rejected = 0;
+  bool loses_after_tap = false;  // frames that a tap has seen may get lost on the way to the reader
 };
 
 inline void PrintTo(const CameraCase& c, std::ostream* out) { *out << c.name; }

@@ -76,6 +76,7 @@ TEST(Inject, DroppedFramesLeaveAGap) {
   EXPECT_EQ(sut.counts->of(Stream::depth, FaultKind::drop), 6U);
   EXPECT_EQ(sut.counts->of(Stream::color, FaultKind::drop), 6U);
   EXPECT_EQ(sut.sensor.depth->counters().frames_delivered, 94U);
+  EXPECT_EQ(sut.sensor.depth->counters().frames_missing, 6U);
 }
 
 TEST(Inject, StreamThatIsNotNamedIsLeftAlone) {
@@ -420,6 +421,8 @@ TEST(InjectProperty, EveryFrameOfTheSourceIsAccountedFor) {
     EXPECT_EQ(sut.sensor.depth->counters().losses, of(FaultKind::unplug));
     EXPECT_EQ(sut.sensor.depth->counters().frames_rejected, of(FaultKind::half_frame));
     EXPECT_EQ(sut.sensor.depth->counters().frames_delivered, count_of(depth, rt::Status::ok));
+    EXPECT_EQ(sut.sensor.depth->counters().frames_missing,
+              of(FaultKind::drop) + of(FaultKind::color_without_depth) + count_of(depth, rt::Status::device_lost));
     auto got = numbers_of(depth);
     std::sort(got.begin(), got.end());
     const auto twice = got.end() - std::unique(got.begin(), got.end());

@@ -33,7 +33,8 @@ TEST(ParseFaults, EmptyFileHasNoFaults) {
 
 TEST(ParseFaults, SeedAndOrderAreKept) {
   const auto plan = parse_faults(
-      "seed = 7\n[[fault]]\nkind = \"drop\"\nfirst = 3\n[[fault]]\nkind = \"late\"\nevery = 4\ndelay_ms = 40\n", "plan.toml");
+      "seed = 7\n[[fault]]\nkind = \"drop\"\nfirst = 3\n"
+      "[[fault]]\nkind = \"late\"\nevery = 4\ndelay_ms = 40\n", "plan.toml");
   ASSERT_TRUE(plan) << plan.error().message;
   EXPECT_EQ(plan->seed, 7U);
   ASSERT_EQ(plan->faults.size(), 2U);
@@ -83,22 +84,27 @@ TEST(ParseFaults, ColourWithoutDepthHitsDepthAlone) {
 }
 
 TEST(ParseFaults, WrongFilesAreOneSentenceWithTheLine) {
-  EXPECT_EQ(complaint("sead = 1\n"), "plan.toml:1: 'sead' is no key of a file of faults; it holds seed and tables [[fault]].");
+  EXPECT_EQ(complaint("sead = 1\n"),
+            "plan.toml:1: 'sead' is no key of a file of faults; it holds seed and tables [[fault]].");
   EXPECT_EQ(complaint("seed = -1\n"), "plan.toml:1: seed must be a whole number from 0 to 1000000000.");
   EXPECT_EQ(complaint("[[fault]]\nfirst = 1\n"), "plan.toml:1: kind is missing.");
-  EXPECT_EQ(complaint("\n[[fault]]\nkind = \"drop\"\n"), "plan.toml:2: first, every or probability says which frames are hit.");
-  EXPECT_EQ(complaint("[[fault]]\nkind = \"drop\"\nfirst = 1\noften = true\n"), "plan.toml:4: 'often' is no key of [[fault]].");
+  EXPECT_EQ(complaint("\n[[fault]]\nkind = \"drop\"\n"),
+            "plan.toml:2: first, every or probability says which frames are hit.");
+  EXPECT_EQ(complaint("[[fault]]\nkind = \"drop\"\nfirst = 1\noften = true\n"),
+            "plan.toml:4: 'often' is no key of [[fault]].");
   EXPECT_EQ(complaint("[[fault]]\nkind = \"drop\"\nfirst = 1.5\n"),
             "plan.toml:3: first must be a whole number from 0 to 1000000000.");
   EXPECT_EQ(complaint("[[fault]]\nkind = \"drop\"\nevery = 0\n"),
             "plan.toml:3: every must be a whole number from 1 to 1000000000.");
-  EXPECT_EQ(complaint("[[fault]]\nkind = \"drop\"\nprobability = 1.5\n"), "plan.toml:3: probability must be a number from 0 to 1.");
+  EXPECT_EQ(complaint("[[fault]]\nkind = \"drop\"\nprobability = 1.5\n"),
+            "plan.toml:3: probability must be a number from 0 to 1.");
   EXPECT_EQ(complaint("[[fault]]\nkind = \"drop\"\nfirst = 1\nstream = \"left\"\n"),
             "plan.toml:4: stream must be one of depth, color, both.");
   EXPECT_EQ(complaint("[[fault]]\nkind = \"drop\"\nfirst = 1\ndelay_ms = 4\n"),
             "plan.toml:1: delay_ms says nothing to a fault of kind drop.");
   EXPECT_EQ(complaint("[[fault]]\nkind = \"late\"\nfirst = 1\n"), "plan.toml:1: delay_ms is missing.");
-  EXPECT_EQ(complaint("[[fault]]\nkind = \"clock_jump\"\nfirst = 1\njump_ms = 0\n"), "plan.toml:1: jump_ms is missing, or 0.");
+  EXPECT_EQ(complaint("[[fault]]\nkind = \"clock_jump\"\nfirst = 1\njump_ms = 0\n"),
+            "plan.toml:1: jump_ms is missing, or 0.");
   EXPECT_EQ(complaint("[[fault]]\nkind = \"unplug\"\nfirst = 1\n"),
             "plan.toml:1: one of away_frames and away_ms says for how long it is away.");
   EXPECT_EQ(complaint("[[fault]]\nkind = \"unplug\"\nfirst = 1\naway_ms = 3\naway_frames = 3\n"),
