@@ -108,6 +108,11 @@ void add_run(CLI::App& root, const PipelineCommands& pipeline, RunOptions& o, Co
       ->capture_default_str();
   add_gravity(*app, o.gravity);
   add_frames(*app, o.frames);
+  app->add_option("--faults", o.faults,
+                  "Faults of the cameras on purpose (TOML): lost, doubled, late, half frames, a clock that jumps, a plug that is "
+                  "pulled")
+      ->type_name("FILE.toml")
+      ->check(CLI::ExistingFile);
   app->add_flag("--json", o.is_json, "Print summary.json to standard output");
   app->callback([&] { command = [&] { return pipeline.run(o); }; });
 }

@@ -35,7 +35,8 @@ rt::Result<std::string> run(const RunOptions& options) {
                  std::move((*session)->notes()),
                  (*session)->pictures_recorded(),
                  (*session)->film_name(),
-                 (*session)->sound_name()};
+                 (*session)->sound_name(),
+                 (*session)->faults()};
   auto written = outputs->write(facts, (*session)->pipeline(), (*session)->source().sensor);
   // A film that failed does not keep the rest from being written.
   if (written && !(*session)->recorded()) return (*session)->recorded().error();

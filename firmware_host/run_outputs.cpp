@@ -83,6 +83,17 @@ void add_memory(RunResult& result, const RunFacts& facts, const Pipeline& pipeli
   result.heap_allocations_in_guests = rt::heap_guard::was_guest_calls();
 }
 
+std::vector<InjectedFault> injected_faults(const hal::faults::FaultCounts& counts) {
+  std::vector<InjectedFault> injected;
+  for (std::size_t i = 0; i < hal::faults::kFaultKinds; ++i) {
+    const auto kind = static_cast<hal::faults::FaultKind>(i);
+    const InjectedFault fault{std::string(hal::faults::kFaultNames[i]), counts.of(hal::Stream::depth, kind),
+                              counts.of(hal::Stream::color, kind)};
+    if (fault.depth + fault.color > 0) injected.push_back(fault);
+  }
+  return injected;
+}
+
 /// What never came. A camera that rejects a frame leaves a gap in the numbers, too.
 std::uint64_t missing_of(const hal::CameraCounters& camera, const IntakeCounts& intake) {
   const std::uint64_t rejected = camera.frames_rejected + camera.timestamps_rejected + intake.out_of_order;
@@ -388,6 +399,7 @@ rt::Result<std::string> RunOutputs::write(const RunFacts& facts, const Pipeline&
   for (const std::string& note : sensor.notes) result.notes.push_back({Note::Kind::note, note});
   result.was_interrupted = interrupted.load();
   add_sensor(result, pipeline, sensor);
+  if (facts.faults != nullptr) result.faults = injected_faults(*facts.faults);
   result.keyframes = pipeline.counts().keyframes;
   result.relocalisations = pipeline.counts().relocalisations;
   add_stages(result, pipeline);

@@ -9,6 +9,7 @@
 #include "firmware_host/run_labels.hpp"
 #include "firmware_host/run_result.hpp"
 #include "firmware_host/run_settings.hpp"
+#include "hal/faults/faults.hpp"
 #include "pipeline/pipeline.hpp"
 #include "rt/arena.hpp"
 
@@ -27,6 +28,7 @@ struct RunFacts {
   std::vector<Note> notes;
   std::uint64_t pictures_recorded = 0;  // in video.mp4
   std::string film = {}, sound = {};    // file names in the folder; empty: not written
+  const hal::faults::FaultCounts* faults = nullptr;  // null: nothing was done to the cameras
 };
 
 /// The summary's map_hash. Pure.

@@ -140,6 +140,12 @@ struct SensorResult {
   LatencySummary arrival_to_read_ms;                               // of live cameras
 };
 
+/// Of --faults, by kind: frames hit.
+struct InjectedFault {
+  std::string kind;
+  std::uint64_t depth = 0, color = 0;
+};
+
 struct RunResult {
   // What ran.
   std::string source;       // as given on the command line
@@ -162,6 +168,7 @@ struct RunResult {
   // What came of it.
   FrameCounts frames;
   SensorResult sensor;
+  std::optional<std::vector<InjectedFault>> faults;  // with --faults
   std::uint64_t keyframes = 0, relocalisations = 0;
   LatencySummary frame_latency_ms;
   std::vector<float> frame_ms;       // frame in to frame done, one value per frame

@@ -77,9 +77,18 @@ rt::Result<std::unique_ptr<Session>> Session::open(SessionRequest request) {
   session->settings_ = std::move(*settings);
 
   // A recording decodes ahead on threads of its own, so that the pipeline's never wait for a disk.
-  const std::size_t prefetch = options.runner == "lockstep" ? 0 : 8;
+  const bool is_lockstep = options.runner == "lockstep";
+  const std::size_t prefetch = is_lockstep ? 0 : 8;
+  const auto inject = [&](hal::Sensor& sensor) -> rt::Result<void> {
+    if (options.faults.empty()) return {};
+    auto plan = hal::faults::load_faults(options.faults.string());
+    if (!plan) return plan.error();
+    session->faults_ =
+        hal::faults::inject(*plan, sensor, is_lockstep ? std::nullopt : std::optional(rt::Clock::monotonic()));
+    return {};
+  };
   auto source = open_for_pipeline(
-      {options.source, {options.frames, prefetch}, options.gravity, options.model}, session->settings_);
+      {options.source, {options.frames, prefetch}, options.gravity, options.model}, session->settings_, inject);
   if (!source) return source.error();
   session->source_ = std::move(*source);
   const hal::RigCalibration& rig = session->source_.sensor.calibration;

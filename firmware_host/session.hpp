@@ -15,6 +15,7 @@
 #include "hal/egl/kms_display.hpp"
 #include "hal/egl/offscreen.hpp"
 #include "hal/egl/x11_window.hpp"
+#include "hal/faults/faults.hpp"
 #include "hal/openal/loopback_mixer.hpp"
 #include "pipeline/pipeline.hpp"
 
@@ -66,6 +67,8 @@ class Session {
   [[nodiscard]] const RunOptions& options() const { return request_.options; }
   [[nodiscard]] const RunSettings& settings() const { return settings_; }
   [[nodiscard]] const OpenedSource& source() const { return source_; }
+  /// What was done to the cameras on purpose; null: nothing was asked for.
+  [[nodiscard]] const hal::faults::FaultCounts* faults() const { return faults_.get(); }
   [[nodiscard]] BootedPipeline& booted() { return *booted_; }
   [[nodiscard]] const Pipeline& pipeline() const { return *booted_->pipeline; }
 
@@ -79,6 +82,7 @@ class Session {
   SessionRequest request_;
   RunSettings settings_;
   OpenedSource source_;
+  std::shared_ptr<const hal::faults::FaultCounts> faults_;
   std::optional<hal::egl::OffscreenDisplay> offscreen_;
   std::optional<hal::egl::WindowDisplay> window_;
   std::optional<hal::egl::KmsDisplay> whole_screen_;  // without a window system; nobody gives orders there

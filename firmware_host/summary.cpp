@@ -131,6 +131,12 @@ json sensor_json(const SensorResult& s) {
   return j;
 }
 
+json injected_json(const std::vector<InjectedFault>& faults) {
+  json j = json::object();
+  for (const InjectedFault& fault : faults) j[fault.kind] = {{"depth", fault.depth}, {"color", fault.color}};
+  return j;
+}
+
 json game_json(const GameResult& g) {
   return {{"throws", g.throws},
           {"shots", g.shots},
@@ -217,6 +223,7 @@ json summary_json(const RunResult& r) {
       {"display", display_json(r.display)},
       {"notes", std::move(notes)},
   };
+  if (r.faults) j["faults"] = {{"injected", injected_json(*r.faults)}};
   if (r.accuracy) j["accuracy"] = accuracy_json(*r.accuracy);
   if (r.surface_error_mean_m) j["surface_error_mean_mm"] = *r.surface_error_mean_m * 1e3;
   return j;

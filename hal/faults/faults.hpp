@@ -84,11 +84,11 @@ struct FaultCounts {
 };
 
 /// Puts faulty cameras around those of `sensor`, with all the memory they need; its buffers_bytes and description say so.
-/// With a clock, late frames and slow consumers are waited for, within the timeouts of read() and peek(); without, nothing
-/// waits. A tap sees what the source gave. Counters are the source's with half frames, losses and the frames that vanished
-/// (frames_missing) added; frames_delivered counts answers of ok. While unplugged, every read takes one frame of the
-/// source; of a recording, colour that is unplugged together with depth is asked when depth is back, so it passes over all
-/// of them in one answer. Boot.
+/// With a clock, late frames and slow consumers are waited for, within the timeouts of read() and peek(); without,
+/// nothing waits. A tap sees what the source gave. Counters are the source's with half frames, losses and the frames that
+/// vanished (frames_missing) added; frames_delivered counts answers of ok. While unplugged, every read takes one frame of
+/// the source; of a recording, colour that is unplugged together with depth is asked when depth is back, so it passes
+/// over all of them in one answer. Boot.
 std::shared_ptr<const FaultCounts> inject(const FaultPlan& plan, Sensor& sensor, std::optional<rt::Clock> clock = {});
 
 }  // namespace tactus::hal::faults

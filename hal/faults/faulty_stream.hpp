@@ -334,7 +334,8 @@ class FaultyStream {
   std::unique_ptr<Source> source_;
   StreamSetup setup_;
   CameraCounters counters_;
-  std::uint64_t delivered_count_ = 0, halves_count_ = 0, hidden_rejections_count_ = 0, missing_count_ = 0, losses_count_ = 0;
+  std::uint64_t delivered_count_ = 0, missing_count_ = 0, losses_count_ = 0;
+  std::uint64_t halves_count_ = 0, hidden_rejections_count_ = 0;
   Frame next_;
   Slot swapped_, again_;
   bool successor_has_passed_ = false;

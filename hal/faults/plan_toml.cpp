@@ -52,7 +52,8 @@ class TableReader {
     if (node == nullptr) return;
     const auto value = node->is_number() ? node->value<double>() : std::nullopt;
     if (!value || !(*value >= low && *value <= high))
-      return complain(*node, std::string(key) + " must be a number from " + number_text(low) + " to " + number_text(high));
+      return complain(*node, std::string(key) + " must be a number from " + number_text(low) + " to " +
+                                 number_text(high));
     out = *value;
   }
 

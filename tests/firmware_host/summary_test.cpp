@@ -50,6 +50,16 @@ TEST(Summary, MemoryTotalsAreOfTheArenaOnly) {
   EXPECT_FALSE(j["memory"]["rows"][1].contains("high_water_bytes"));
 }
 
+TEST(Summary, InjectedFaultsAreThereWhenAskedFor) {
+  RunResult r;
+  EXPECT_FALSE(summary_json(r).contains("faults"));
+  r.faults.emplace();
+  EXPECT_TRUE(summary_json(r)["faults"]["injected"].empty());
+  r.faults->push_back({"drop", 6, 5});
+  EXPECT_EQ(summary_json(r)["faults"]["injected"]["drop"]["depth"], 6);
+  EXPECT_EQ(summary_json(r)["faults"]["injected"]["drop"]["color"], 5);
+}
+
 TEST(Summary, UnknownFiguresAreLeftOutAndBadTextIsRepaired) {
   RunResult r;
   r.source = "caf\xe9";

@@ -48,8 +48,9 @@ void expect_untouched(const std::vector<Answer>& depth) {
 }
 
 TEST(Inject, EmptyPlanChangesNothing) {
-  Faulty sut(FaultPlan{}, {.corrupt = {4, 9}, .has_arrivals = true});
-  Sensor plain = scripted_sensor({.corrupt = {4, 9}, .has_arrivals = true}, Script{.corrupt = {4, 9}, .has_arrivals = true});
+  const Script script{.corrupt = {4, 9}, .has_arrivals = true};
+  Faulty sut(FaultPlan{}, script);
+  Sensor plain = scripted_sensor(script, script);
   EXPECT_EQ(read_depth(sut.sensor), read_depth(plain));
   EXPECT_EQ(read_color(sut.sensor), read_color(plain));
   EXPECT_EQ(sut.sensor.depth->counters().frames_delivered, 98U);

@@ -53,7 +53,9 @@ class Waiting : public testing::Test {
     sensor_.depth = std::make_unique<LiveDepth>(clock_);
     counts_ = inject({1, {fault}}, sensor_, clock_);
   }
-  rt::Status read(std::int64_t timeout_ms = 1000) { return sensor_.depth->read(depth_, header_, {timeout_ms * 1'000'000}); }
+  rt::Status read(std::int64_t timeout_ms = 1000) {
+    return sensor_.depth->read(depth_, header_, {timeout_ms * 1'000'000});
+  }
   [[nodiscard]] double now_ms() const { return rt::Duration{clock_.now().ns}.milliseconds(); }
 
   rt::ManualClock manual_;
