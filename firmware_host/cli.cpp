@@ -355,7 +355,15 @@ void add_info(CLI::App& root, InfoOptions& o, Command& command) {
       root.add_subcommand("info", "Say what a source is: sizes, rates, calibration, gaps, what truth it has");
   app->footer(source_help());
   app->add_option("SOURCE", o.source, "What to look at (below)")->required()->type_name("");
-  app->add_flag("--quick", o.is_quick, "Do not read the frames");
+  auto* quick = app->add_flag("--quick", o.is_quick, "Do not read the frames");
+  auto* check = app->add_flag("--check-registration", o.checks_registration,
+                              "Measure instead how far the edges of depth lie from those of colour, in pixels");
+  check->excludes(quick);
+  app->add_option("--pairs", o.pairs_max, "Frames looked at for it, spread over the source")
+      ->type_name("N")
+      ->check(CLI::Range(1, 100'000))
+      ->needs(check)
+      ->capture_default_str();
   add_frames(*app, o.frames);
   add_json(*app, o.is_json);
   app->callback([&] { command = [&o] { return info(o); }; });

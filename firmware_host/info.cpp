@@ -6,6 +6,7 @@
 
 #include "firmware_host/commands.hpp"
 #include "firmware_host/progress.hpp"
+#include "firmware_host/registration_check.hpp"
 #include "firmware_host/summary.hpp"
 
 namespace tactus::firmware {
@@ -146,12 +147,41 @@ nlohmann::json stream_json(const StreamInfo& s) {
           {"gap_before_frame", s.gap_max_before}};
 }
 
+std::string registration_text(const RegistrationReport& r, const InfoOptions& options) {
+  if (options.is_json)
+    return to_text(nlohmann::json{{"source", options.source},
+                                  {"pairs", r.pairs_count},
+                                  {"edges", r.edges_count},
+                                  {"edge_depth_m", r.edge_depth_m},
+                                  {"edge_distance_px", {{"p50", r.median_px}, {"p90", r.p90_px}}},
+                                  {"by_chance_px", {{"p50", r.chance_median_px}, {"p90", r.chance_p90_px}}},
+                                  {"best_shift_px", {r.shift_x_px, r.shift_y_px}},
+                                  {"best_fit_against_mean", r.fit_share},
+                                  {"decidable", r.is_decidable},
+                                  {"verdict", r.verdict}});
+  char text[600];
+  std::snprintf(text, sizeof(text),
+                "%-12s %d of depth and colour; %llu edge pixels, median depth %.2f m\n"
+                "%-12s p50 %.2f px, p90 %.2f px from depth edges to the nearest colour edge\n"
+                "%-12s p50 %.2f px, p90 %.2f px for edges moved somewhere else\n"
+                "%-12s (%+.2f, %+.2f) px would fit depth to colour best\n",
+                "pairs", r.pairs_count, static_cast<unsigned long long>(r.edges_count), r.edge_depth_m, "misaligned",
+                r.median_px, r.p90_px, "by chance", r.chance_median_px, r.chance_p90_px, "shift", r.shift_x_px,
+                r.shift_y_px);
+  return text + r.verdict + "\n";
+}
+
 }  // namespace
 
 rt::Result<std::string> info(const InfoOptions& options) {
   auto opened = open_source(options.source, {options.frames, 0});
   if (!opened) return opened.error();
   hal::Sensor& sensor = *opened;
+  if (options.checks_registration) {
+    const auto report = check_registration(sensor, options.source, options.pairs_max);
+    if (!report) return report.error();
+    return registration_text(*report, options);
+  }
   const hal::RigCalibration& rig = sensor.calibration;
 
   std::optional<StreamInfo> depth, color;

@@ -137,7 +137,9 @@ struct ConvertOptions {
 struct InfoOptions {
   std::string source;
   FrameRange frames;
-  bool is_quick = false;  // reads no frames
+  bool is_quick = false;             // reads no frames
+  bool checks_registration = false;  // whether depth lies on colour, instead of the rest
+  int pairs_max = 60;                // of frames looked at for it
   bool is_json = false;
 };
 
