@@ -4,6 +4,7 @@
 #   asan     the fast tests under AddressSanitizer and UndefinedBehaviorSanitizer
 #   tsan     the tests of everything that threads share, under ThreadSanitizer
 #   aarch64  the smoke tests, cross-built, under qemu
+#   guest    cameras on a kernel of their own, see guest-test.sh
 #   release  all tests but the latency budget, which wants a quiet machine: ctest --preset latency
 # A phase that fails does not stop the others, but fails the whole. The last lines are those of the release ctest.
 set -euo pipefail
@@ -50,6 +51,7 @@ for preset in fuzz asan tsan aarch64; do
   phase "$preset build" "${preset}_build"
   phase "$preset run" "${preset}_run"
 done
+phase guest toolchains/guest-test.sh
 phase "release build" release_build
 
 echo "== so far"
