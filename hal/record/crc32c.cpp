@@ -1,9 +1,10 @@
 #include "hal/record/crc32c.hpp"
 
 #include <array>
-#include <bit>
 #include <cstddef>
 #include <cstring>
+
+#include "hal/record/little_endian.hpp"
 
 #if defined(__aarch64__)
 #include <sys/auxv.h>
@@ -11,8 +12,6 @@
 
 namespace tactus::hal::record {
 namespace {
-
-static_assert(std::endian::native == std::endian::little, "recordings are little-endian, and copied as they are");
 
 using Tables = std::array<std::array<std::uint32_t, 256>, 8>;
 
