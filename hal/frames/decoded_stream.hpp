@@ -22,14 +22,24 @@
 
 namespace tactus::hal::frames {
 
+/// A frame as it was recorded, where that differs from its pixels; `frame.bytes` lies in `storage`.
+struct RawForm {
+  std::vector<std::uint8_t> storage;
+  RawFrame frame;
+};
+
 /// Source has a type Pixel (uint16 or uint8) and
 ///   void next(std::span<Pixel>, FrameOutcome&)   decodes the next frame; the end stays the end
 ///   void peek(FrameOutcome&)                     says of the next frame what is known without decoding it, and leaves it;
 ///                                                one that is no frame at all it passes over, as corrupt
 ///   std::size_t pixels_count() const             values that next() writes
+/// or, when its frames have a form of their own, instead of next()
+///   void next(std::span<Pixel>, RawForm&, FrameOutcome&)   the same, with that form, in storage of
+///   std::size_t raw_bytes_max() const                      bytes
 template <typename Source>
 class DecodedStream {
   using Pixel = typename Source::Pixel;
+  static constexpr bool kHasRawForm = requires(const Source& source) { source.raw_bytes_max(); };
 
  public:
   /// Boot phase. `prefetch` slots are allocated and touched here; 0 means no thread.
@@ -37,6 +47,13 @@ class DecodedStream {
     counters_.first_rejection.reserve(kSentenceBytes);
     slots_.resize(prefetch);
     for (Slot& slot : slots_) slot.pixels.resize(source_.pixels_count());
+    if constexpr (kHasRawForm) {
+      for (Slot& slot : slots_) slot.raw.storage.resize(source_.raw_bytes_max());
+      if (slots_.empty()) {
+        direct_raw_.storage.resize(source_.raw_bytes_max());
+        passed_over_.resize(source_.pixels_count());
+      }
+    }
     if (prefetch > 0) reader_ = std::thread([this] { decode_ahead(); });
   }
   DecodedStream(const DecodedStream&) = delete;
@@ -54,16 +71,25 @@ class DecodedStream {
   /// See DepthCamera::read. Without prefetch the timeout is not looked at: a file never waits for an event.
   /// With it, makes no heap call and waits at most `timeout` for the reader thread. Thread-bound.
   rt::Status read(std::span<Pixel> pixels, FrameHeader& header, rt::Duration timeout) {
+    return read(pixels, header, timeout, [](const auto&...) {});
+  }
+
+  /// The same; `look` sees a good frame as skip() shows it.
+  template <typename Look>
+  rt::Status read(std::span<Pixel> pixels, FrameHeader& header, rt::Duration timeout, const Look& look) {
     if (ended_) return rt::Status::end_of_stream;
     if (slots_.empty()) {
-      source_.next(pixels, direct_);
+      decode(pixels, direct_raw_, direct_);
+      if (direct_.status == rt::Status::ok) show(look, pixels, direct_raw_, direct_);
       return deliver(direct_, header);
     }
     TACTUS_ASSERT(pixels.size() == slots_[read_index_].pixels.size());
     if (!wait_for_slot(timeout)) return rt::Status::timeout;
     const Slot& slot = slots_[read_index_];
-    if (slot.outcome.status == rt::Status::ok)
+    if (slot.outcome.status == rt::Status::ok) {
       std::memcpy(pixels.data(), slot.pixels.data(), pixels.size() * sizeof(Pixel));
+      show(look, slot.pixels, slot.raw, slot.outcome);
+    }
     return take_slot(header);
   }
 
@@ -85,17 +111,18 @@ class DecodedStream {
   }
 
   /// See ColorCamera::skip. Without prefetch the frame is decoded all the same: whether it is a good one decides how it is
-  /// counted, and that may not depend on the prefetch. `look(pixels, header)` sees a good one.
+  /// counted, and that may not depend on the prefetch. A good one is seen by `look(pixels, header)`, or by `look(raw_frame)`
+  /// when frames have a form of their own.
   template <typename Look>
   void skip(const Look& look) {
     FrameHeader header;
     if (slots_.empty()) {
       passed_over_.resize(source_.pixels_count());
-      if (read(passed_over_, header, {}) == rt::Status::ok) look(std::span<const Pixel>(passed_over_), header);
+      (void)read(passed_over_, header, {}, look);
       return;
     }
     const Slot& slot = slots_[read_index_];
-    if (slot.outcome.status == rt::Status::ok) look(std::span<const Pixel>(slot.pixels), slot.outcome.header);
+    if (slot.outcome.status == rt::Status::ok) show(look, slot.pixels, slot.raw, slot.outcome);
     (void)take_slot(header);
   }
 
@@ -104,8 +131,24 @@ class DecodedStream {
  private:
   struct Slot {
     std::vector<Pixel> pixels;
+    RawForm raw;  // empty when frames have no form of their own
     FrameOutcome outcome;
   };
+
+  void decode(std::span<Pixel> pixels, RawForm& raw, FrameOutcome& outcome) {
+    if constexpr (kHasRawForm)
+      source_.next(pixels, raw, outcome);
+    else
+      source_.next(pixels, outcome);
+  }
+
+  template <typename Look>
+  static void show(const Look& look, std::span<const Pixel> pixels, const RawForm& raw, const FrameOutcome& outcome) {
+    if constexpr (kHasRawForm)
+      look(raw.frame);
+    else
+      look(pixels, outcome.header);
+  }
 
   bool wait_for_slot(rt::Duration timeout) {
     std::unique_lock lock(mutex_);
@@ -139,7 +182,7 @@ class DecodedStream {
         if (stop_) return;
       }
       Slot& slot = slots_[write_index];
-      source_.next(slot.pixels, slot.outcome);
+      decode(slot.pixels, slot.raw, slot.outcome);
       const bool last = slot.outcome.status == rt::Status::end_of_stream;
       {
         const std::lock_guard lock(mutex_);
@@ -152,6 +195,7 @@ class DecodedStream {
 
   Source source_;  // the reader thread's while it runs
   FrameOutcome direct_;
+  RawForm direct_raw_;
   std::vector<Pixel> passed_over_;
   CameraCounters counters_;
   bool ended_ = false;

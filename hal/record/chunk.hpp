@@ -52,7 +52,7 @@ struct ChunkHeader {
   Packing packing = Packing::none;
   std::uint64_t payload_bytes = 0;  // as it is in the file
   std::uint64_t raw_bytes = 0;      // unpacked; a frame's rows stand without padding
-  FrameHeader frame;                // of frames and labels; else 0
+  FrameHeader frame = {};           // of frames and labels; else 0
   std::uint32_t payload_crc = 0;
 };
 
