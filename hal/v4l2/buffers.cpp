@@ -37,6 +37,18 @@ constexpr v4l2_memory memory_of(Buffers kind) {
   return V4L2_MEMORY_MMAP;
 }
 
+constexpr std::uint32_t flag_of(Buffers kind) {
+  switch (kind) {
+    case Buffers::userptr:
+      return V4L2_BUF_CAP_SUPPORTS_USERPTR;
+    case Buffers::dmabuf:
+      return V4L2_BUF_CAP_SUPPORTS_DMABUF;
+    case Buffers::mmap:
+      break;
+  }
+  return V4L2_BUF_CAP_SUPPORTS_MMAP;
+}
+
 /// A v4l2_buffer, with its one plane beside it where the driver wants planes.
 struct Argument {
   v4l2_buffer buffer{};
@@ -99,9 +111,11 @@ rt::Result<void> BufferSet::attach(int fd, const Agreement& agreement, std::stri
   };
   BufferFault fault = request(fd, kBuffersWanted);
   if (fault.error == EBUSY) return refusal("is in use by another program; close it first");
-  if (fault.call != nullptr && fault.error == EINVAL)
-    return refusal("takes no " + std::string(name_of(kind_)) + " buffers; use " +
-                   supported_text(capabilities_of(fd, type_)));
+  if (fault.call != nullptr && fault.error == EINVAL && kind_ != Buffers::mmap) {
+    const std::uint32_t capabilities = capabilities_of(fd, type_);
+    if ((capabilities & flag_of(kind_)) == 0)
+      return refusal("takes no " + std::string(name_of(kind_)) + " buffers; use " + supported_text(capabilities));
+  }
   if (fault.call == nullptr && kind_ == Buffers::mmap) fault = map_drivers_memory(fd);
   if (fault.call != nullptr)
     return refusal("gives no buffers (" + std::string(fault.call) + ": " + std::strerror(fault.error) +

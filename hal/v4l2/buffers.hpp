@@ -101,7 +101,6 @@ class BufferSet {
   std::uint32_t type_ = 0;
   bool is_multiplanar_ = false;
   std::uint32_t count_ = 0;
-  std::uint32_t capabilities_ = 0;
   std::uint32_t stamp_flags_ = 0;
   std::array<Slot, kBuffersMax> slots_;
 };

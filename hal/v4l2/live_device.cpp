@@ -131,10 +131,11 @@ rt::Status LiveDevice::take(const Filled& filled) {
     (void)give_back(filled.index);
     return rt::Status::skipped;
   }
-  // A stamp at the end of the frame is when the kernel had it; one from before it came is not.
+  // A stamp at the end of the frame is when the kernel had it; one from before it came is not. Drivers that work the end
+  // out by the frame rate (vivid) may say a time that is still to come.
   const bool is_stamped_at_end =
       has_host_clock_ && (filled.flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) == V4L2_BUF_FLAG_TSTAMP_SRC_EOF;
-  const rt::HostTime arrived = is_stamped_at_end ? rt::HostTime{*driver_ns} : dequeued;
+  const rt::HostTime arrived = is_stamped_at_end ? std::min(rt::HostTime{*driver_ns}, dequeued) : dequeued;
 
   if ((filled.flags & V4L2_BUF_FLAG_ERROR) != 0) return reject(filled, number.sequence, "is flagged as damaged by the driver");
   // A driver that does not stamp leaves 0.
