@@ -55,9 +55,11 @@ rt::Result<void> LiveDevice::open(const V4l2Request& request, Stream stream) {
   auto controls = set_controls(node_.get(), request.controls, name);
   if (!controls) return controls.error();
   controls_ = std::move(*controls);
+  has_monotonic_stamps_ = !is_wall_clock(info_);
+  start_metadata();
   if (auto attached = buffers_.attach(node_.get(), agreement_, name); !attached) return attached;
   has_host_clock_ = (buffers_.stamp_flags() & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC &&
-                    !is_wall_clock(info_);
+                    has_monotonic_stamps_;
   const char* what = "";
   if (error = start_stream(what); error != 0) {
     if (error == EBUSY)
@@ -72,9 +74,13 @@ rt::Result<void> LiveDevice::open(const V4l2Request& request, Stream stream) {
   return {};
 }
 
+/// Before the image buffers are there: with them uvcvideo lets nobody choose the form of the metadata.
+void LiveDevice::start_metadata() noexcept {
+  if (has_monotonic_stamps_) (void)metadata_.start(node_.get(), info_);
+}
+
 int LiveDevice::start_stream(const char*& what) noexcept {
   refused_ = 0;
-  if (has_host_clock_) (void)metadata_.start(node_.get(), info_);
   what = "VIDIOC_QBUF";
   for (std::uint32_t i = 0; i < buffers_.count(); ++i)
     if (const int error = buffers_.queue(node_.get(), i); error != 0) return error;
@@ -240,6 +246,7 @@ bool LiveDevice::open_again() noexcept {
   if (!node_.is_open() || read_info(node_.get(), found) != 0 || found.card != info_.card) return false;
   if (!restore(node_.get(), agreement_)) return false;
   for (const ControlValue& control : controls_) (void)set_control(node_.get(), control);
+  start_metadata();
   const char* what = "";
   return buffers_.attach_again(node_.get()) && start_stream(what) == 0;
 }

@@ -44,6 +44,7 @@ class LiveDevice {
  private:
   /// 0, or the error's number, with the call that failed in `what`.
   int start_stream(const char*& what) noexcept;
+  void start_metadata() noexcept;
   bool open_again() noexcept;
   rt::Status look_again(rt::HostTime deadline);
   /// False: the driver takes no buffer back any more.
@@ -64,6 +65,7 @@ class LiveDevice {
   UvcMetadata metadata_;
   Agreement agreement_;
   std::vector<ControlValue> controls_;
+  bool has_monotonic_stamps_ = true;  // false: its stamps are on the wall clock, whatever their flags say
   bool has_host_clock_ = false;
 
   CameraCounters counters_;

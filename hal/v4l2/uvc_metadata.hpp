@@ -18,7 +18,7 @@ class UvcMetadata {
   UvcMetadata(const UvcMetadata&) = delete;
   UvcMetadata& operator=(const UvcMetadata&) = delete;
 
-  /// Before the image stream, so that no frame is without. False: the camera has none, or not in a form known here.
+  /// Before the image node's buffers are asked for. False: the camera has none, or not in a form known here.
   bool start(int video_fd, const NodeInfo& video) noexcept;
   void stop() noexcept;
   [[nodiscard]] bool is_running() const { return node_.is_open(); }

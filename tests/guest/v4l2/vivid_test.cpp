@@ -163,9 +163,10 @@ TEST_F(Vivid, DmabufFromWhatExportsNothingIsASentence) {
 TEST_F(Vivid, ImpossibleModesAreAnsweredWithWhatThereIs) {
   const std::string name = single[0].path + " (vivid)";
   V4l2Request request = small_request(single[0]);
-  request.mode = {640, 480, 60};
-  EXPECT_EQ(depth_refusal(request), name + " does not offer depth at 60 Hz; it has Y16 640x480 at 1, 2, 4, 5, 10, 12.5, 15, "
-                                           "25 Hz and Y12 640x480 at 1, 2, 4, 5, 10, 12.5, 15, 25 Hz");
+  request.mode = {640, 480, 400};
+  const std::string rate = depth_refusal(request);  // up to 25 Hz by Linux 6.1, to 60 Hz by 6.12
+  EXPECT_TRUE(rate.starts_with(name + " does not offer depth at 400 Hz; it has Y16 640x480 at 1, 2, 4, 5, 10, 12.5, 15, 25"))
+      << rate;
   request.mode = {641, 480, 0};
   EXPECT_EQ(depth_refusal(request),
             name + " does not offer depth at 641x480; it has Y16 at 320x180, 640x360, 640x480, 1280x720, 1920x1080 and "
@@ -200,9 +201,10 @@ TEST_F(Vivid, NodeWithoutWishesGivesVgaDepth) {
   auto camera = depth(request);
   EXPECT_EQ(camera.width, 640);
   EXPECT_EQ(camera.height, 480);
-  EXPECT_NEAR(camera.frame_rate_hz, 25, 1e-9);
+  const bool is_30_hz = camera.frame_rate_hz == 30;  // Linux 6.1 has 25 Hz at most
+  EXPECT_NEAR(camera.frame_rate_hz, is_30_hz ? 30 : 25, 1e-9);
   EXPECT_EQ(camera.description, "V4L2 " + single[0].path + ": vivid (vivid, " + single[0].info.bus_info.data() +
-                                    "), Y16 640x480 25 Hz, 4 mmap buffers");
+                                    "), Y16 640x480 " + (is_30_hz ? "30" : "25") + " Hz, 4 mmap buffers");
 }
 
 TEST_F(Vivid, TimesRiseOnTheMonotonicClockAndSayWhatTheyAre) {
@@ -292,8 +294,10 @@ TEST_F(Vivid, ListNamesCaptureNodesWithTheirReadableModes) {
     if (entry.name.find("vivid") == std::string::npos) continue;
     ++vivids_count;
     EXPECT_EQ(entry.trouble, "");
-    EXPECT_EQ(std::count(entry.formats.begin(), entry.formats.end(),
-                         "depth Y16 640x480 1, 2, 4, 5, 10, 12.5, 15, 25 Hz"),
+    EXPECT_EQ(std::count_if(entry.formats.begin(), entry.formats.end(),
+                            [](const std::string& line) {
+                              return line.starts_with("depth Y16 640x480 1, 2, 4, 5, 10, 12.5, 15, 25");
+                            }),
               1);
     EXPECT_TRUE(entry.formats.back().starts_with("not readable: UYVY")) << entry.formats.back();
   }
