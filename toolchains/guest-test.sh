@@ -16,7 +16,7 @@ kernel_root=$tactus_cache/guest-kernel
 # All jobs together are to stay below 6 minutes where two processors are emulated.
 limit_s=${TACTUS_GUEST_LIMIT_S:-360}
 job_limit_s=${TACTUS_GUEST_JOB_LIMIT_S:-150}
-all_jobs=(vivid)
+all_jobs=(vivid uvcvideo libcamera iio)
 
 say() { echo "guest: $*"; }
 skip() {
@@ -175,6 +175,8 @@ build release -DTACTUS_WERROR=ON -- tactus_guest_tests
 SECONDS=0
 rm -rf "$work"
 mkdir -p "$results"
+# What the USB camera shows.
+"$build_folder/tests/guest/usb_camera/guest_render_clip" 'synthetic:bedroom?mode=320x240&frames=40' "$results/room"
 write_settings
 make_initramfs "${kernel##*/vmlinuz-}"
 accel=tcg

@@ -5,7 +5,8 @@ export PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin
 . "$1"
 export root results build kernel_root
 export HOME=$results LC_ALL=C.UTF-8
-ip link set lo up
+mkdir /dev/shm
+mount -t tmpfs tmpfs /dev/shm
 read -r up _ </proc/uptime
 echo "guest: up after $up s, Linux $(uname -r)"
 

@@ -9,23 +9,34 @@ skip() {
 # load MODULE [PARAMETER...]: from Debian's kernel package, which is unpacked beside, not installed.
 load() { modprobe -d "$kernel_root" "$@"; }
 
-# video_node NAME: the first /dev/videoN whose driver calls it so.
-video_node() {
-  local name
-  for name in /sys/class/video4linux/video*/name; do
-    if [ "$(cat "$name")" = "$1" ]; then
-      name=${name%/name}
-      echo "/dev/${name##*/}"
-      return
-    fi
-  done
-  return 1
-}
+# need BINARY: of the build folder's tests/guest.
+need() { [ -x "$build/tests/guest/$1" ] || skip "this build has no $1"; }
 
-# run_tests BINARY [ARGUMENT...]: a GoogleTest binary of the build folder.
-run_tests() {
-  local binary=$build/tests/guest/$1
+# run_tests BINARY: a GoogleTest binary there.
+run_tests() { "$build/tests/guest/$1" --gtest_output="xml:$results/$(basename "$1").xml"; }
+
+# start_camera STREAMS OPTION...: plugs in a USB camera with that many streams, which shows the rendered room, and waits for
+# its nodes: ${nodes[0]} is depth where it has depth. Its process is $camera, which goes when the job ends.
+start_camera() {
+  local streams_count=$1 name node
   shift
-  [ -x "$binary" ] || skip "$binary is not in this build"
-  "$binary" --gtest_brief=0 --gtest_output="xml:$results/$(basename "$binary").xml" "$@"
+  load -a uvcvideo vhci-hcd || exit 1
+  "$build/tests/guest/usb_camera/guest_usb_camera" "$results/room/clip" --name "tactus camera" "$@" &
+  camera=$!
+  trap 'kill "$camera"; wait "$camera"' EXIT
+  for _ in {1..300}; do
+    nodes=()
+    for name in /sys/class/video4linux/video*/name; do
+      node=${name%/name}
+      # Each stream has a node for its images and one, with an odd index, for what goes with them.
+      if [ "$(cat "$name" 2>/dev/null)" = "tactus camera" ] && [ $(($(cat "$node/index") % 2)) = 0 ]; then
+        nodes+=("/dev/${node##*/}")
+      fi
+    done
+    [ ${#nodes[@]} -ne "$streams_count" ] || return 0
+    kill -0 "$camera" || exit 1
+    sleep 0.1
+  done
+  echo "the camera's nodes do not appear"
+  exit 1
 }
