@@ -43,7 +43,7 @@ Session::~Session() {
   // libcamera 0.0.3 ends the program when it is told to stop a device that answers no more and of which it has not yet
   // heard that it is gone; it then keeps the camera until its manager goes.
   const bool is_unheard_of = is_lost() && !is_disconnected_;
-  if (!is_unheard_of) camera_->stop();
+  if (is_acquired_ && !is_unheard_of) camera_->stop();
   camera_->requestCompleted.disconnect(this);
   camera_->disconnected.disconnect(this);
   for (Slot& slot : slots_) {
