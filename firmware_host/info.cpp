@@ -1,99 +1,14 @@
-#include <algorithm>
-#include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <nlohmann/json.hpp>
-#include <vector>
 
 #include "firmware_host/commands.hpp"
-#include "firmware_host/progress.hpp"
 #include "firmware_host/registration_check.hpp"
+#include "firmware_host/stream_survey.hpp"
 #include "firmware_host/summary.hpp"
 
 namespace tactus::firmware {
 namespace {
-
-/// What reading a stream to its end has shown.
-struct StreamInfo {
-  hal::CameraCounters counters;
-  rt::SensorTime first, last;
-  rt::Duration gap_max;
-  std::uint64_t gap_max_before = 0;  // sequence number of the frame after the longest pause
-  std::uint64_t missing_count = 0;   // sequence numbers that were never seen
-  rt::Status ended_by = rt::Status::ok;
-
-  [[nodiscard]] double rate_hz() const {
-    const double s = (last - first).seconds();
-    return counters.frames_delivered > 1 && s > 0 ? static_cast<double>(counters.frames_delivered - 1) / s
-                                                  : 0;
-  }
-};
-
-struct DepthContent {
-  double valid_share = 0;
-  double nearest_m = 0, median_m = 0, farthest_m = 0;  // 1st, 50th and 99th percentile of what was measured
-};
-
-/// Reads a camera to its end; look(pixels) sees every good frame.
-template <typename Camera, typename Pixel, typename Look>
-StreamInfo read_all(Camera& camera, std::vector<Pixel>& pixels, Progress& progress, const Look& look) {
-  // A recording answers at once; a second without a frame means that none will come.
-  constexpr rt::Duration kTimeout{1'000'000'000};
-  StreamInfo info;
-  std::uint64_t next_sequence = 0, frames_count = 0;
-  for (;;) {
-    hal::FrameHeader header;
-    const rt::Status status = camera.read(pixels, header, kTimeout);
-    if (status == rt::Status::corrupt) continue;
-    if (status != rt::Status::ok) {
-      info.ended_by = status;
-      break;
-    }
-    if (frames_count == 0) {
-      info.first = header.time;
-    } else {
-      const rt::Duration gap = header.time - info.last;
-      if (gap > info.gap_max) {
-        info.gap_max = gap;
-        info.gap_max_before = header.sequence;
-      }
-      if (header.sequence > next_sequence) info.missing_count += header.sequence - next_sequence;
-    }
-    next_sequence = header.sequence + 1;
-    info.last = header.time;
-    ++frames_count;
-    look(pixels);
-    progress.update(frames_count);
-  }
-  info.counters = camera.counters();
-  return info;
-}
-
-class DepthHistogram {
- public:
-  DepthHistogram() : counts_(65536, 0) {}
-  void add(const std::vector<std::uint16_t>& raw) {
-    for (const std::uint16_t v : raw) ++counts_[v];
-  }
-  [[nodiscard]] DepthContent content(double m_per_unit) const {
-    std::uint64_t total = 0;
-    for (const std::uint64_t c : counts_) total += c;
-    const std::uint64_t valid = total - counts_[0];
-    if (valid == 0) return {};
-    const auto value = [&](double share) {
-      std::uint64_t seen = 0;
-      for (std::size_t v = 1; v < counts_.size(); ++v) {
-        seen += counts_[v];
-        if (static_cast<double>(seen) >= share * static_cast<double>(valid))
-          return static_cast<double>(v) * m_per_unit;
-      }
-      return 65535 * m_per_unit;
-    };
-    return {static_cast<double>(valid) / static_cast<double>(total), value(0.01), value(0.5), value(0.99)};
-  }
-
- private:
-  std::vector<std::uint64_t> counts_;
-};
 
 std::string intrinsics_text(const char* name, const hal::Intrinsics& k) {
   char line[240];
@@ -115,11 +30,14 @@ nlohmann::json intrinsics_json(const hal::Intrinsics& k) {
 
 std::string stream_text(const char* name, const StreamInfo& s) {
   char line[240];
-  std::snprintf(line, sizeof(line),
-                "%-12s %llu good in %.2f s, %.2f Hz; longest pause %.0f ms before frame %llu\n", name,
-                static_cast<unsigned long long>(s.counters.frames_delivered), (s.last - s.first).seconds(),
-                s.rate_hz(), s.gap_max.milliseconds(), static_cast<unsigned long long>(s.gap_max_before));
+  std::snprintf(line, sizeof(line), "%-12s %llu good in %.2f s, %.2f Hz; ", name,
+                static_cast<unsigned long long>(s.frames_count), (s.last - s.first).seconds(), s.rate_hz());
   std::string text = line;
+  if (s.gaps_count > 0)
+    text += std::to_string(s.gaps_count) + (s.gaps_count == 1 ? " gap; " : " gaps; ");
+  std::snprintf(line, sizeof(line), "longest pause %.0f ms before frame %llu\n", s.gap_max.milliseconds(),
+                static_cast<unsigned long long>(s.gap_max_before));
+  text += line;
   const std::uint64_t rejected = s.counters.frames_rejected + s.counters.timestamps_rejected;
   if (rejected > 0) {
     text += "             " + std::to_string(s.counters.frames_rejected) + " unusable, " +
@@ -130,21 +48,56 @@ std::string stream_text(const char* name, const StreamInfo& s) {
     text += "             " + std::to_string(s.missing_count - rejected) +
             " frames are missing by their numbers\n";
   }
-  if (s.ended_by != rt::Status::end_of_stream)
+  if (s.drift_ppm) {
+    std::snprintf(line, sizeof(line), "%-12s its clock runs %+.1f millionths fast\n", "", *s.drift_ppm);
+    text += line;
+  }
+  if (s.ended_by != rt::Status::end_of_stream && s.ended_by != rt::Status::ok)
     text += "             ended: " + std::string(rt::name(s.ended_by)) + "\n";
   return text;
 }
 
 nlohmann::json stream_json(const StreamInfo& s) {
-  return {{"frames", s.counters.frames_delivered},
-          {"frames_rejected", s.counters.frames_rejected},
-          {"timestamps_rejected", s.counters.timestamps_rejected},
-          {"first_rejection", s.counters.first_rejection},
-          {"frames_missing", s.missing_count},
-          {"duration_s", (s.last - s.first).seconds()},
-          {"rate_hz", s.rate_hz()},
-          {"gap_ms_max", s.gap_max.milliseconds()},
-          {"gap_before_frame", s.gap_max_before}};
+  nlohmann::json j = {{"frames", s.frames_count},
+                      {"frames_rejected", s.counters.frames_rejected},
+                      {"timestamps_rejected", s.counters.timestamps_rejected},
+                      {"first_rejection", s.counters.first_rejection},
+                      {"frames_missing", s.missing_count},
+                      {"losses", s.counters.losses},
+                      {"duration_s", (s.last - s.first).seconds()},
+                      {"rate_hz", s.rate_hz()},
+                      {"gaps", s.gaps_count},
+                      {"gap_ms_max", s.gap_max.milliseconds()},
+                      {"gap_before_frame", s.gap_max_before}};
+  if (s.drift_ppm) j["clock_drift_ppm"] = *s.drift_ppm;
+  return j;
+}
+
+std::string pairing_text(const Pairing& p) {
+  if (p.paired() == 0) return "pairs        none: no colour frame is within 20 ms of a depth frame\n";
+  char line[240];
+  std::snprintf(line, sizeof(line),
+                "%-12s %llu; apart p50 %.1f, p95 %.1f, at most %.1f ms; %llu depth and %llu colour frames alone\n", "pairs",
+                static_cast<unsigned long long>(p.paired()), p.distance().p50().milliseconds(),
+                p.distance().percentile(0.95).milliseconds(), p.distance().max().milliseconds(),
+                static_cast<unsigned long long>(p.depths_unpaired()),
+                static_cast<unsigned long long>(p.colors_unpaired()));
+  return line;
+}
+
+nlohmann::json pairing_json(const Pairing& p) {
+  nlohmann::json histogram = nlohmann::json::object();
+  for (std::size_t i = 0; i < p.skew_ms_counts().size(); ++i)
+    if (p.skew_ms_counts()[i] > 0)
+      histogram[std::to_string(static_cast<int>(i) - static_cast<int>(Pairing::kSkewBins / 2))] = p.skew_ms_counts()[i];
+  return {{"pairs", p.paired()},
+          {"depth_alone", p.depths_unpaired()},
+          {"color_alone", p.colors_unpaired()},
+          {"skew_ms",
+           {{"p50", p.distance().p50().milliseconds()},
+            {"p95", p.distance().percentile(0.95).milliseconds()},
+            {"max", p.distance().max().milliseconds()}}},
+          {"skew_ms_histogram", histogram}};
 }
 
 std::string registration_text(const RegistrationReport& r, const InfoOptions& options) {
@@ -184,22 +137,11 @@ rt::Result<std::string> info(const InfoOptions& options) {
   }
   const hal::RigCalibration& rig = sensor.calibration;
 
-  std::optional<StreamInfo> depth, color;
-  DepthContent content;
-  // A live camera has no end to read to.
-  if (!options.is_quick && sensor.frames_count > 0) {
-    Progress progress("reading " + options.source, sensor.frames_count, rt::Clock::monotonic());
-    std::vector<std::uint16_t> raw(static_cast<std::size_t>(rig.depth.width) *
-                                   static_cast<std::size_t>(rig.depth.height));
-    DepthHistogram histogram;
-    depth = read_all(*sensor.depth, raw, progress, [&](const auto& pixels) { histogram.add(pixels); });
-    content = histogram.content(rig.depth_m_per_unit);
-    if (sensor.color) {
-      std::vector<std::uint8_t> rgb(static_cast<std::size_t>(rig.color.width) *
-                                    static_cast<std::size_t>(rig.color.height) * 3);
-      color = read_all(*sensor.color, rgb, progress, [](const auto&) {});
-    }
-  }
+  std::optional<Survey> seen;
+  if (!options.is_quick) seen = survey(sensor, options.source, options.frames);
+  std::error_code error;
+  const std::uintmax_t file_bytes =
+      std::filesystem::is_regular_file(options.source, error) ? std::filesystem::file_size(options.source, error) : 0;
   const double truth_s =
       sensor.truth.empty() ? 0 : (sensor.truth.back().time - sensor.truth.front().time).seconds();
 
@@ -217,13 +159,19 @@ rt::Result<std::string> info(const InfoOptions& options) {
     if (sensor.color) j["color"] = {{"intrinsics", intrinsics_json(rig.color)}};
     if (sensor.gravity_depth)
       j["gravity_depth"] = {sensor.gravity_depth->x, sensor.gravity_depth->y, sensor.gravity_depth->z};
-    if (depth) {
-      j["depth"]["stream"] = stream_json(*depth);
+    if (seen) {
+      const DepthContent& content = seen->content;
+      j["depth"]["stream"] = stream_json(seen->depth);
       j["depth"]["valid_share"] = content.valid_share;
       j["depth"]["range_m"] = {
           {"p1", content.nearest_m}, {"p50", content.median_m}, {"p99", content.farthest_m}};
     }
-    if (color) j["color"]["stream"] = stream_json(*color);
+    if (seen && seen->color) {
+      j["color"]["stream"] = stream_json(*seen->color);
+      j["pairing"] = pairing_json(seen->pairing);
+    }
+    if (file_bytes > 0) j["file_bytes"] = file_bytes;
+    if (file_bytes > 0 && seen) j["pixel_bytes"] = seen->pixel_bytes;
     return to_text(j);
   }
 
@@ -233,20 +181,20 @@ rt::Result<std::string> info(const InfoOptions& options) {
                 static_cast<unsigned long long>(sensor.frames_count), sensor.frame_rate_hz);
   text += line;
   text += intrinsics_text("depth", rig.depth);
-  if (depth) text += stream_text("", *depth);
-  if (depth && content.valid_share > 0) {
+  if (seen) text += stream_text("", seen->depth);
+  if (const DepthContent content = seen ? seen->content : DepthContent{}; content.valid_share > 0) {
     std::snprintf(line, sizeof(line),
                   "%-12s %.1f %% of the pixels measured; %.2f to %.2f m (1 %% to 99 %%), median %.2f m\n", "",
                   content.valid_share * 100, content.nearest_m, content.farthest_m, content.median_m);
     text += line;
-  } else if (depth) {
+  } else if (seen) {
     text += "             no pixel holds a measurement\n";
   }
   std::snprintf(line, sizeof(line), "%-12s %g m per unit\n", "", rig.depth_m_per_unit);
   text += line;
   if (sensor.color) {
     text += intrinsics_text("colour", rig.color);
-    if (color) text += stream_text("", *color);
+    if (seen && seen->color) text += stream_text("", *seen->color);
     const double baseline_mm = rig.T_color_depth.translation.norm() * 1e3;
     if (rig.registered) {
       text += "             registered: depth and colour share one camera\n";
@@ -255,6 +203,7 @@ rt::Result<std::string> info(const InfoOptions& options) {
                     baseline_mm);
       text += line;
     }
+    if (seen) text += pairing_text(seen->pairing);
   } else {
     text += "colour       none\n";
   }
@@ -272,6 +221,15 @@ rt::Result<std::string> info(const InfoOptions& options) {
     text += line;
   } else {
     text += "gravity      unknown\n";
+  }
+  if (file_bytes > 0) {
+    std::snprintf(line, sizeof(line), "%-12s %.1f MB", "file", static_cast<double>(file_bytes) / 1e6);
+    text += line;
+    if (seen) {
+      std::snprintf(line, sizeof(line), ", 1 : %.2f of its pixels", static_cast<double>(seen->pixel_bytes) / static_cast<double>(file_bytes));
+      text += line;
+    }
+    text += "\n";
   }
   for (const std::string& note : sensor.notes) text += "note: " + note + "\n";
   return text;

@@ -1,77 +1,14 @@
 #include "firmware_host/open_source.hpp"
 
-#include <charconv>
 #include <filesystem>
 #include <utility>
 
+#include "firmware_host/source_part.hpp"
 #include "hal/replay/replay.hpp"
 #include "hal/synthetic/synthetic.hpp"
 
 namespace tactus::firmware {
 namespace {
-
-/// Plays a part of a stream: skips what comes before, ends where the part ends. For backends without ranges
-/// of their own.
-template <typename Camera, typename Pixel>
-class PartOf : public Camera {
- public:
-  PartOf(std::unique_ptr<Camera> whole, FrameRange frames) : whole_(std::move(whole)), frames_(frames) {}
-
-  rt::Status read(std::span<Pixel> pixels, hal::FrameHeader& header, rt::Duration timeout) override {
-    for (;;) {
-      if (has_ended_) return rt::Status::end_of_stream;
-      const rt::Status status = whole_->read(pixels, header, timeout);
-      if (status == rt::Status::ok && header.sequence < frames_.first) {
-        ++skipped_count_;
-        continue;
-      }
-      has_ended_ = status == rt::Status::ok && header.sequence >= frames_.last;
-      if (has_ended_) ++skipped_count_;
-      count();
-      if (!has_ended_) return status;
-    }
-  }
-  void set_tap(hal::FrameTap* tap) override { whole_->set_tap(tap); }
-  [[nodiscard]] const hal::CameraCounters& counters() const override { return counters_; }
-
- protected:
-  void count() {
-    counters_ = whole_->counters();
-    counters_.frames_delivered -= skipped_count_;
-  }
-
-  std::unique_ptr<Camera> whole_;
-  FrameRange frames_;
-  hal::CameraCounters counters_;
-  std::uint64_t skipped_count_ = 0;
-  bool has_ended_ = false;
-};
-
-using PartOfDepth = PartOf<hal::DepthCamera, std::uint16_t>;
-
-class PartOfColor final : public PartOf<hal::ColorCamera, std::uint8_t> {
- public:
-  using PartOf::PartOf;
-
-  rt::Status peek(hal::FrameHeader& header, rt::Duration timeout) override {
-    for (;;) {
-      if (has_ended_) return rt::Status::end_of_stream;
-      const rt::Status status = whole_->peek(header, timeout);
-      if (status == rt::Status::ok && header.sequence < frames_.first) {
-        whole_->skip();
-        ++skipped_count_;
-        continue;
-      }
-      has_ended_ = status == rt::Status::ok && header.sequence >= frames_.last;
-      count();
-      if (!has_ended_) return status;
-    }
-  }
-  void skip() override {
-    whole_->skip();
-    count();
-  }
-};
 
 rt::Result<hal::Sensor> open_part_of_synthetic(const std::string& source, FrameRange frames) {
   auto options = hal::parse_synthetic_name(source);
@@ -96,10 +33,7 @@ rt::Result<hal::Sensor> open_part_of_synthetic(const std::string& source, FrameR
                     begin + static_cast<std::ptrdiff_t>(last)};
   }
   sensor.frames_count = last - frames.first;
-  sensor.depth = std::make_unique<PartOfDepth>(std::move(sensor.depth), frames);
-  if (sensor.color) {
-    sensor.color = std::make_unique<PartOfColor>(std::move(sensor.color), frames);
-  }
+  play_numbers(sensor, frames);
   sensor.description += ", frames " + std::to_string(frames.first) + " to " + std::to_string(last - 1);
   return opened;
 }
@@ -118,26 +52,6 @@ std::string missing_backend(const std::string& source) {
 }
 
 }  // namespace
-
-rt::Result<FrameRange> parse_frame_range(std::string_view text) {
-  const auto bad = [&](const std::string& why) {
-    return rt::Error{rt::ExitCode::bad_usage,
-                     "--frames " + std::string(text) + ": " + why + "; A:B means frames A to B - 1."};
-  };
-  FrameRange range;
-  const auto number = [](std::string_view word, std::uint64_t& value) {
-    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-    return error == std::errc() && end == word.data() + word.size() && !word.empty();
-  };
-  const std::size_t colon = text.find(':');
-  const std::string_view first = colon == std::string_view::npos ? "" : text.substr(0, colon);
-  const std::string_view last = colon == std::string_view::npos ? text : text.substr(colon + 1);
-  if (first.empty() && last.empty()) return bad("there is no number");
-  if (!first.empty() && !number(first, range.first)) return bad("A is not a number");
-  if (!last.empty() && !number(last, range.last)) return bad("B is not a number");
-  if (range.first >= range.last) return bad("the range is empty");
-  return range;
-}
 
 rt::Result<hal::Sensor> open_source(const std::string& source, const SourceOptions& options) {
   if (source.starts_with("synthetic:")) return open_part_of_synthetic(source, options.frames);
