@@ -108,6 +108,11 @@ void add_run(CLI::App& root, const PipelineCommands& pipeline, RunOptions& o, Co
       ->capture_default_str();
   add_gravity(*app, o.gravity);
   add_frames(*app, o.frames);
+  app->add_option("--record", o.record, "Also write every frame as it came into this file, to be played again (.tac)")
+      ->type_name("FILE");
+  app->add_option("--record-color", o.record_color, "Colour in it: as the camera gave it, or as JPEG")
+      ->check(CLI::IsMember({"as-came", "jpeg"}))
+      ->capture_default_str();
   app->add_option("--faults", o.faults,
                   "Faults of the cameras on purpose (TOML): lost, doubled, late, half frames, a clock that jumps, a plug that is "
                   "pulled")

@@ -26,6 +26,8 @@ struct RunOptions {
   std::string display = "none";        // none | window
   std::string gravity;                 // "x,y,z" in the first depth frame; empty: found out
   FrameRange frames;
+  std::filesystem::path record;  // .tac; empty: not recorded
+  std::string record_color = "as-came";  // as-came | jpeg
   std::filesystem::path faults;  // .toml; empty: the cameras are left alone
   bool is_json = false;          // summary.json on standard output
   std::string command;   // the whole command line, for the report

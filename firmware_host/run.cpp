@@ -36,10 +36,12 @@ rt::Result<std::string> run(const RunOptions& options) {
                  (*session)->pictures_recorded(),
                  (*session)->film_name(),
                  (*session)->sound_name(),
+                 (*session)->recording(),
                  (*session)->faults()};
   auto written = outputs->write(facts, (*session)->pipeline(), (*session)->source().sensor);
   // A film that failed does not keep the rest from being written.
   if (written && !(*session)->recorded()) return (*session)->recorded().error();
+  if (written && !(*session)->recording_closed()) return (*session)->recording_closed().error();
   return written;
 }
 

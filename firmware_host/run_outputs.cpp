@@ -399,6 +399,7 @@ rt::Result<std::string> RunOutputs::write(const RunFacts& facts, const Pipeline&
   for (const std::string& note : sensor.notes) result.notes.push_back({Note::Kind::note, note});
   result.was_interrupted = interrupted.load();
   add_sensor(result, pipeline, sensor);
+  result.recording = facts.recording;
   if (facts.faults != nullptr) result.faults = injected_faults(*facts.faults);
   result.keyframes = pipeline.counts().keyframes;
   result.relocalisations = pipeline.counts().relocalisations;

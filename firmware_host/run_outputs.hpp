@@ -28,6 +28,7 @@ struct RunFacts {
   std::vector<Note> notes;
   std::uint64_t pictures_recorded = 0;  // in video.mp4
   std::string film = {}, sound = {};    // file names in the folder; empty: not written
+  std::optional<RecordingResult> recording;
   const hal::faults::FaultCounts* faults = nullptr;  // null: nothing was done to the cameras
 };
 

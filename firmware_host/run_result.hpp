@@ -146,6 +146,17 @@ struct InjectedFault {
   std::uint64_t depth = 0, color = 0;
 };
 
+struct RecordedStream {
+  std::uint64_t frames = 0, dropped = 0;
+};
+
+/// Of --record.
+struct RecordingResult {
+  std::string file;
+  std::uint64_t file_bytes = 0;
+  RecordedStream depth, color;
+};
+
 struct RunResult {
   // What ran.
   std::string source;       // as given on the command line
@@ -168,6 +179,7 @@ struct RunResult {
   // What came of it.
   FrameCounts frames;
   SensorResult sensor;
+  std::optional<RecordingResult> recording;
   std::optional<std::vector<InjectedFault>> faults;  // with --faults
   std::uint64_t keyframes = 0, relocalisations = 0;
   LatencySummary frame_latency_ms;

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <utility>
 
+#include "firmware_host/machine.hpp"
 #include "firmware_host/presenter.hpp"
 #include "firmware_host/run_session.hpp"
 #include "rt/heap_guard.hpp"
@@ -67,6 +68,48 @@ void Session::open_mixer() {
   if (!mixer_->has_hrtf()) notes_.push_back({Note::Kind::note, "Sound is panned: OpenAL has no HRTF here."});
 }
 
+/// Frames of a session that waits for nobody may be dropped by the recording, too; one in lockstep is recorded whole.
+rt::Result<void> Session::begin_recording() {
+  const RunOptions& options = request_.options;
+  if (options.record.empty()) return {};
+  hal::record::TacOptions how;
+  if (options.record_color == "jpeg") how.color = hal::record::TacColor::jpeg;
+  how.waits_when_full = options.runner == "lockstep";
+  std::string changes;
+  for (const std::string& setting : options.settings) changes += (changes.empty() ? "" : " ") + setting;
+  const hal::record::TacInfo info{{{"source", options.source},
+                                   {"command", options.command},
+                                   {"profile", options.profile},
+                                   {"settings", changes},
+                                   {"revision", revision()}}};
+  hal::Sensor& sensor = source_.sensor;
+  auto created = hal::record::TacWriter::create(options.record, sensor, info, how);
+  if (!created) return created.error();
+  tac_ = std::move(*created);
+  sensor.depth->set_tap(tac_.get());
+  if (sensor.color) sensor.color->set_tap(tac_.get());
+  sensor.buffers_bytes += tac_->buffers_bytes();
+  return {};
+}
+
+void Session::end_recording() {
+  if (tac_ == nullptr) return;
+  hal::Sensor& sensor = source_.sensor;
+  sensor.depth->set_tap(nullptr);
+  if (sensor.color) sensor.color->set_tap(nullptr);
+  recording_closed_ = tac_->close();
+  const hal::record::TacWriter::Counts counts = tac_->was();
+  const auto of = [&](hal::Stream stream) {
+    const auto& one = counts.streams[static_cast<std::size_t>(stream)];
+    return RecordedStream{one.written, one.dropped + one.refused};
+  };
+  recording_ = {request_.options.record.string(), counts.file_bytes, of(hal::Stream::depth), of(hal::Stream::color)};
+  if (!recording_closed_) notes_.push_back({Note::Kind::warning, recording_closed_.error().message});
+  if (const std::uint64_t dropped = recording_->depth.dropped + recording_->color.dropped; dropped > 0)
+    notes_.push_back({Note::Kind::warning, std::to_string(dropped) + " frames are missing in " + recording_->file +
+                                               ": the disk or the processor was behind."});
+}
+
 rt::Result<std::unique_ptr<Session>> Session::open(SessionRequest request) {
   catch_signals();
   std::unique_ptr<Session> session(new Session);
@@ -91,6 +134,7 @@ rt::Result<std::unique_ptr<Session>> Session::open(SessionRequest request) {
       {options.source, {options.frames, prefetch}, options.gravity, options.model}, session->settings_, inject);
   if (!source) return source.error();
   session->source_ = std::move(*source);
+  if (auto begun = session->begin_recording(); !begun) return begun.error();
   const hal::RigCalibration& rig = session->source_.sensor.calibration;
   session->camera_ = rig.has_color ? rig.color : rig.depth;
 
@@ -165,6 +209,7 @@ rt::Result<void> Session::play() {
   }
   pipeline.finish_labels();
   rt::heap_guard::unseal();
+  end_recording();
   if (recorder_ != nullptr) {
     recorded_ = recorder_->close(pipeline, rt::Clock::monotonic());
     notes_.insert(notes_.end(), recorder_->notes().begin(), recorder_->notes().end());

@@ -17,6 +17,7 @@
 #include "hal/egl/x11_window.hpp"
 #include "hal/faults/faults.hpp"
 #include "hal/openal/loopback_mixer.hpp"
+#include "hal/record/tac_writer.hpp"
 #include "pipeline/pipeline.hpp"
 
 namespace tactus::firmware {
@@ -60,6 +61,9 @@ class Session {
   [[nodiscard]] std::string sound_name() const {
     return mixer_ && recorded_ ? request_.sound.filename().string() : std::string();
   }
+  /// What --record left; nothing without. Whether all of it could be written.
+  [[nodiscard]] const std::optional<RecordingResult>& recording() const { return recording_; }
+  [[nodiscard]] const rt::Result<void>& recording_closed() const { return recording_closed_; }
   [[nodiscard]] double wall_s() const { return wall_s_; }
   [[nodiscard]] std::vector<Note>& notes() { return notes_; }
   [[nodiscard]] std::vector<Picture>& pictures() { return pictures_; }
@@ -78,9 +82,12 @@ class Session {
   rt::Result<void> open_screen(const hal::Intrinsics& camera);
   void open_mixer();
   rt::Result<void> make_recorder();
+  rt::Result<void> begin_recording();
+  void end_recording();
 
   SessionRequest request_;
   RunSettings settings_;
+  std::unique_ptr<hal::record::TacWriter> tac_;  // outlives the cameras, whose tap it is
   OpenedSource source_;
   std::shared_ptr<const hal::faults::FaultCounts> faults_;
   std::optional<hal::egl::OffscreenDisplay> offscreen_;
@@ -92,6 +99,8 @@ class Session {
   std::optional<BootedPipeline> booted_;
   std::unique_ptr<Recorder> recorder_;
   rt::Result<void> recorded_;
+  std::optional<RecordingResult> recording_;
+  rt::Result<void> recording_closed_;
   double wall_s_ = 0;
   std::vector<Picture> pictures_;
   std::vector<Note> notes_;

@@ -137,6 +137,11 @@ json injected_json(const std::vector<InjectedFault>& faults) {
   return j;
 }
 
+json recording_json(const RecordingResult& r) {
+  const auto stream = [](const RecordedStream& one) { return json{{"frames", one.frames}, {"dropped", one.dropped}}; };
+  return {{"file", r.file}, {"file_bytes", r.file_bytes}, {"depth", stream(r.depth)}, {"color", stream(r.color)}};
+}
+
 json game_json(const GameResult& g) {
   return {{"throws", g.throws},
           {"shots", g.shots},
@@ -223,6 +228,7 @@ json summary_json(const RunResult& r) {
       {"display", display_json(r.display)},
       {"notes", std::move(notes)},
   };
+  if (r.recording) j["recording"] = recording_json(*r.recording);
   if (r.faults) j["faults"] = {{"injected", injected_json(*r.faults)}};
   if (r.accuracy) j["accuracy"] = accuracy_json(*r.accuracy);
   if (r.surface_error_mean_m) j["surface_error_mean_mm"] = *r.surface_error_mean_m * 1e3;
