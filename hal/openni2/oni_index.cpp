@@ -1,5 +1,6 @@
 #include "hal/openni2/oni_index.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <fstream>
@@ -40,10 +41,11 @@ class Fields {
     bytes_ = bytes_.subspan(bytes);
     return out;
   }
-  /// With its terminating zero, on which the library relies.
-  std::string_view string() {
+  /// A name with its terminating zero, on which the library relies; a letter beyond ASCII makes it write before a table.
+  std::string_view name() {
     const auto text = block(number<std::uint32_t>());
-    if (text.empty() || text.back() != '\0') {
+    const bool is_ascii = std::all_of(text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x80; });
+    if (text.empty() || text.back() != '\0' || !is_ascii) {
       is_short = true;
       return {};
     }
@@ -79,6 +81,7 @@ class Walker {
       if (at_ == file_bytes_) break;
       auto head = read_head();
       if (!head) return head.error();
+      if (is_cut_) break;
       if (auto taken = take(*head); !taken) return taken.error();
     }
     return finish();
@@ -92,9 +95,9 @@ class Walker {
     for (const auto& [id, node] : nodes_)
       if (node.is_stream())
         whole += (whole.empty() ? "" : " and ") + std::to_string(node.stream.frames.size()) +
-                 (node.type == OniNode::depth ? " depth" : " colour") + " frames";
-    return bad("cut off at byte " + std::to_string(at_) + (whole.empty() ? "" : ", after " + whole) +
-               "; OpenNI2 does not play a file without its end");
+                 (node.type == OniNode::depth ? " depth" : " colour");
+    return bad("cut off at byte " + std::to_string(at_) + (whole.empty() ? "" : ", after " + whole + " frames") +
+               "; OpenNI2 does not play a file without the tables at its end");
   }
 
   rt::Result<void> read_header() {
@@ -125,13 +128,14 @@ class Walker {
 
   rt::Result<RecordHead> read_head() {
     std::array<char, kRecordHeadBytes> bytes{};
-    if (at_ + head_bytes_ > file_bytes_) return cut();
+    RecordHead head;
+    is_cut_ = at_ + head_bytes_ > file_bytes_;
+    if (is_cut_) return head;
     in_.seekg(static_cast<std::streamoff>(at_));
     in_.read(bytes.data(), static_cast<std::streamsize>(head_bytes_));
-    if (!in_) return cut();
+    if (!in_) return bad("cannot be read");
     Fields fields(bytes);
     if (fields.number<std::uint32_t>() != kRecordMagic) return bad_here("there is no record, so the file is damaged");
-    RecordHead head;
     head.type = static_cast<OniRecord>(fields.number<std::uint32_t>());
     head.node = fields.number<std::uint32_t>();
     const auto bytes_with_head = fields.number<std::uint32_t>();
@@ -140,11 +144,11 @@ class Walker {
     head.fields_bytes = bytes_with_head - static_cast<std::uint32_t>(head_bytes_);
     if (std::uint64_t{bytes_with_head} + head.payload_bytes > kOniFrameBytesMax)
       return bad_here("a record is larger than any that OpenNI2 reads");
-    if (at_ + bytes_with_head > file_bytes_) return cut();
+    is_cut_ = at_ + bytes_with_head + head.payload_bytes > file_bytes_;
+    if (is_cut_) return head;
     fields_.resize(head.fields_bytes);
     in_.read(fields_.data(), head.fields_bytes);
-    if (!in_) return cut();
-    if (at_ + bytes_with_head + head.payload_bytes > file_bytes_) return cut();
+    if (!in_) return bad("cannot be read");
     return head;
   }
 
@@ -186,7 +190,7 @@ class Walker {
         return bad_here("there is a record of an unknown kind, so the file is damaged");
     }
     if (!taken) return taken.error();
-    if (fields.is_short) return bad_here("a record is shorter than its fields, so the file is damaged");
+    if (fields.is_short) return bad_here("a record does not hold the fields it must, so the file is damaged");
     at_ = next;
     return {};
   }
@@ -195,7 +199,7 @@ class Walker {
     if (nodes_.contains(head.node)) return bad_here("a stream begins twice, so the file is damaged");
     Node& node = nodes_[head.node];
     // The library copies the name into 80 bytes.
-    if (fields.string().size() > 79) return bad_here("a stream's name is too long, so the file is damaged");
+    if (fields.name().size() > 79) return bad_here("a stream's name is too long, so the file is damaged");
     node.type = static_cast<OniNode>(fields.number<std::uint32_t>());
     node.stream.node = head.node;
     node.stream.codec = fields.number<std::uint32_t>();
@@ -215,7 +219,7 @@ class Walker {
   rt::Result<void> take_property(const RecordHead& head, Fields& fields) {
     const auto node = nodes_.find(head.node);
     if (node == nodes_.end()) return bad_here("a property belongs to no stream, so the file is damaged");
-    const std::string_view name = fields.string();
+    const std::string_view name = fields.name();
     const auto bytes = fields.number<std::uint32_t>();
     Fields value(fields.block(bytes));
     if (fields.is_short) return {};
@@ -314,6 +318,7 @@ class Walker {
   rt::Result<OniIndex> finish() {
     if (is_table_missing_) return cut();
     OniIndex index;
+    if (is_cut_ || !has_ended_) index.cut_at = at_;
     for (auto& [id, node] : nodes_) {
       if (node.type == OniNode::depth && !index.depth) index.depth = std::move(node.stream);
       if (node.type == OniNode::image && !index.color) index.color = std::move(node.stream);
@@ -333,7 +338,7 @@ class Walker {
   std::size_t head_bytes_ = kRecordHeadBytes;
   std::vector<char> fields_;
   std::map<std::uint32_t, Node> nodes_;
-  bool has_ended_ = false, is_table_missing_ = false;
+  bool has_ended_ = false, is_cut_ = false, is_table_missing_ = false;
 };
 
 }  // namespace

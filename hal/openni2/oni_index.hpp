@@ -28,11 +28,12 @@ struct OniStreamIndex {
 
 struct OniIndex {
   std::optional<OniStreamIndex> depth, color;
+  std::optional<std::uint64_t> cut_at;  // byte; the frames before it can be played
 };
 
 /// Walks the whole file, without reading pixels. Error bad_input, one sentence with the place in the file: not an .oni
-/// file, damaged, cut, written by a version that OpenNI2 does not read, of a kind that its player crashes on, or without
-/// one depth frame. Boot; allocates 16 bytes a frame.
+/// file, damaged, cut so that OpenNI2 does not open it, written by a version that it does not read, of a kind that its
+/// player crashes on, or without one depth frame. Boot; allocates 16 bytes a frame.
 rt::Result<OniIndex> read_oni_index(const std::filesystem::path& file);
 
 }  // namespace tactus::hal::openni2

@@ -18,8 +18,8 @@ namespace tactus::hal::openni2 {
 /// microseconds. Of the calibration an .oni file keeps the fields of view and whether depth is registered: no principal
 /// point, no distortion, no pose between the cameras. Frames that the sensor rejects are left out and stay in its counters.
 ///
-/// Boot phase only (allocates, writes files). Thread-bound. A file that was not finished ends with its last whole frame;
-/// OpenNI2 reads it, open_oni() refuses it.
+/// Boot phase only (allocates, writes files). Thread-bound. A file that was not finished plays up to its last whole
+/// frame.
 class OniWriter {
  public:
   /// Creates the file. Errors: bad_usage when it exists, or when the sensor's frames are larger than OpenNI2 reads; failed

@@ -18,8 +18,8 @@
 namespace tactus::hal::openni2 {
 
 struct OpenNi2Request {
-  std::string uri;              // as list_devices() says it; empty: the first device
-  ModeRequest mode;             // of depth; colour takes the same size where it can
+  std::string uri = {};         // as list_devices() says it; empty: the first device
+  ModeRequest mode = {};        // of depth; colour takes the same size where it can
   bool wants_color = true;      // without it, or on a device that has none: depth only
   bool wants_registered = true; // depth in the colour camera, where the device can
   bool wants_sync = true;       // both exposed together, where the device can
@@ -42,8 +42,9 @@ struct OniOptions {
 };
 
 /// Opens an .oni recording, each frame of it exactly once. Sequence numbers count the file's frames from 0, times are the
-/// recording's, to the microsecond. The file's records are checked before the library sees them; one that is damaged, cut
-/// or empty is refused with one sentence (bad_input). bad_usage: the range holds no frame. device_unavailable: not built
+/// recording's, to the microsecond. The file's records are checked before the library sees them; one that is damaged or
+/// empty, or cut so that the library does not open it, is refused with one sentence (bad_input); a frame that cannot be
+/// decoded is left out and counted. bad_usage: the range holds no frame. device_unavailable: not built
 /// in. Boot; any thread.
 rt::Result<Sensor> open_oni(const std::filesystem::path& file, const OniOptions& options);
 

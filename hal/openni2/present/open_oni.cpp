@@ -217,6 +217,9 @@ rt::Result<Sensor> open_oni(const std::filesystem::path& file, const OniOptions&
   if (depth.is_mirrored)
     sensor.notes.push_back(file.string() + ": the images were recorded mirrored, so left and right of the room are exchanged");
 
+  if (index->cut_at)
+    sensor.notes.push_back(file.string() + ": cut off at byte " + std::to_string(*index->cut_at) +
+                           "; what is whole before that is played");
   sensor.frames_count = depth_frames.size();
   sensor.frame_rate_hz = depth.frame_rate_hz > 0 ? depth.frame_rate_hz : 30;
   sensor.description = file.string() + " (OpenNI2, " + std::to_string(sensor.frames_count) + " frames, " +
