@@ -43,6 +43,37 @@ TEST(Uvc, DepthComesInZ16WithTimesFromTheCamerasMetadata) {
   EXPECT_GT(camera->camera->counters().frames_delivered, 4U);
 }
 
+TEST(Uvc, ColourComesInEveryFormatOnOffer) {
+  const std::vector<FoundNode> nodes = capture_nodes_of("uvcvideo", false);
+  if (nodes.empty()) GTEST_SKIP() << "this machine has no uvcvideo camera";
+  int formats_count = 0;
+  for (const FoundNode& node : nodes)
+    for (const std::string format : {"YUYV", "NV12", "MJPG"}) {
+      V4l2Request request;
+      request.device = node.path;
+      request.format = format;
+      auto camera = open_color(request);
+      if (!camera) {
+        EXPECT_NE(camera.error().message.find("does not offer " + format), std::string::npos) << camera.error().message;
+        continue;
+      }
+      ++formats_count;
+      std::vector<std::uint8_t> rgb(3 * static_cast<std::size_t>(camera->width) * static_cast<std::size_t>(camera->height));
+      FrameHeader header;
+      const std::uint64_t heap_before = rt::heap_guard::was_total_calls();
+      rt::heap_guard::seal();
+      {
+        const rt::RtScope scope;
+        for (int i = 0; i < 6; ++i) (void)camera->camera->read(rgb, header, kPatience);
+      }
+      rt::heap_guard::unseal();
+      EXPECT_EQ(rt::heap_guard::was_total_calls() - heap_before, 0U) << format << ", libjpeg's own not counted";
+      EXPECT_GE(camera->camera->counters().frames_delivered, 5U)
+          << format << " of " << node.path << ": " << camera->camera->counters().first_rejection;
+    }
+  if (formats_count == 0) GTEST_SKIP() << "the uvcvideo cameras here give no colour";
+}
+
 /// The kernel takes the device away and gives it back as if its plug were pulled.
 TEST(Uvc, UnpluggedCameraIsLostAtOnceAndComesBack) {
   const std::vector<FoundNode> nodes = capture_nodes_of("uvcvideo", false);

@@ -304,6 +304,20 @@ TEST_F(Vivid, ListNamesCaptureNodesWithTheirReadableModes) {
   EXPECT_EQ(vivids_count, single.size() + multi.size());
 }
 
+TEST_F(Vivid, UserWithoutPermissionIsToldTheGroup) {
+  if (::geteuid() != 0) GTEST_SKIP() << "only root can become somebody else";
+  constexpr uid_t kNobody = 65534;
+  ASSERT_EQ(::seteuid(kNobody), 0);
+  const std::string refused = depth_refusal(small_request(single[0]));
+  const DeviceList list = list_devices();
+  ASSERT_EQ(::seteuid(0), 0);
+  const std::string sentence = "no permission to open " + single[0].path + "; join the group video (sudo usermod -aG video ";
+  if (refused.starts_with("opened")) GTEST_SKIP() << "everybody may open cameras here";
+  EXPECT_TRUE(refused.starts_with(sentence)) << refused;
+  ASSERT_FALSE(list.devices.empty());
+  EXPECT_TRUE(list.devices[0].trouble.starts_with("no permission to open ")) << list.devices[0].trouble;
+}
+
 /// Keeps what it is shown.
 class Witness final : public FrameTap {
  public:
