@@ -226,7 +226,8 @@ int BufferSet::dequeue(int fd, Filled& filled) noexcept {
   Slot& slot = slots_[buffer.index];
   const Mapping& memory = slot.memory;
   const std::size_t begin = is_multiplanar_ ? std::min<std::size_t>(argument.plane.data_offset, memory.bytes()) : 0;
-  const std::size_t end = std::min<std::size_t>(is_multiplanar_ ? argument.plane.bytesused : buffer.bytesused, memory.bytes());
+  const std::uint32_t used = is_multiplanar_ ? argument.plane.bytesused : buffer.bytesused;
+  const std::size_t end = std::min<std::size_t>(used, memory.bytes());
   filled.bytes = {memory.data() + begin, end > begin ? end - begin : 0};
   begin_read(slot);
   return 0;

@@ -177,10 +177,10 @@ rt::Result<ControlValue> resolve_control(std::span<const ControlInfo> controls, 
   }
   const auto value = parse_number(text);
   if (!value) return refusal(asked + "; it takes a number from " + range_text(control));
-  const bool is_on_grid = *value >= control.min && *value <= control.max &&
-                          (control.step <= 1 || (static_cast<std::uint64_t>(*value) - static_cast<std::uint64_t>(control.min)) %
-                                                        static_cast<std::uint64_t>(control.step) == 0);
-  if (!is_on_grid) return refusal(asked + "; it takes " + range_text(control));
+  // Unsigned: the distance may be wider than a signed 64-bit number.
+  const std::uint64_t above_min = static_cast<std::uint64_t>(*value) - static_cast<std::uint64_t>(control.min);
+  const bool is_on_grid = control.step <= 1 || above_min % static_cast<std::uint64_t>(control.step) == 0;
+  if (*value < control.min || *value > control.max || !is_on_grid) return refusal(asked + "; it takes " + range_text(control));
   return answer(*value);
 }
 

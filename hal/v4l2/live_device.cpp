@@ -143,7 +143,8 @@ rt::Status LiveDevice::take(const Filled& filled) {
       has_host_clock_ && (filled.flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) == V4L2_BUF_FLAG_TSTAMP_SRC_EOF;
   const rt::HostTime arrived = is_stamped_at_end ? std::min(rt::HostTime{*driver_ns}, dequeued) : dequeued;
 
-  if ((filled.flags & V4L2_BUF_FLAG_ERROR) != 0) return reject(filled, number.sequence, "is flagged as damaged by the driver");
+  if ((filled.flags & V4L2_BUF_FLAG_ERROR) != 0)
+    return reject(filled, number.sequence, "is flagged as damaged by the driver");
   // A driver that does not stamp leaves 0.
   const std::int64_t device_ns =
       *driver_ns == 0 && !has_host_clock_ ? arrived.ns : capture_clock_.at(*driver_ns, begin_ns);
