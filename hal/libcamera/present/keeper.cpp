@@ -7,11 +7,15 @@ Keeper::Keeper(lc::CameraManager& manager, const std::shared_ptr<lc::Camera>& ca
   moveToThread(camera->thread());
 }
 
-Keeper::~Keeper() { invokeMethod(&Keeper::do_close, lc::ConnectionTypeBlocking); }
+Keeper::~Keeper() {
+  invokeMethod(&Keeper::do_close, lc::ConnectionTypeQueued);
+  wait_until_done();
+}
 
 rt::Result<Session*> Keeper::open() {
   rt::Result<Session*> answer(nullptr);
-  invokeMethod(&Keeper::do_open, lc::ConnectionTypeBlocking, &answer);
+  invokeMethod(&Keeper::do_open, lc::ConnectionTypeQueued, &answer);
+  wait_until_done();
   return answer;
 }
 
@@ -27,35 +31,48 @@ Session* Keeper::found() {
   return session_.get();
 }
 
-void Keeper::do_open(rt::Result<Session*>* answer) {
+rt::Result<Session*> Keeper::open_now() {
   const std::shared_ptr<lc::Camera> camera = manager_.get(id_);
-  if (!camera) {
-    *answer = rt::Error{rt::ExitCode::device_unavailable, "libcamera:" + id_ + ": went away while it was opened; plug it in again."};
-    return;
-  }
+  if (!camera)
+    return rt::Error{rt::ExitCode::device_unavailable, "libcamera:" + id_ + ": went away while it was opened; plug it in again."};
   auto session = Session::open(camera, mode_, wake_);
-  if (!session) {
-    *answer = session.error();
-    return;
-  }
+  if (!session) return session.error();
   session_ = std::move(*session);
-  *answer = session_.get();
+  return session_.get();
 }
 
-void Keeper::do_close() { session_.reset(); }
+void Keeper::do_open(rt::Result<Session*>* answer) {
+  *answer = open_now();
+  tell_done();
+}
+
+void Keeper::do_close() {
+  session_.reset();
+  tell_done();
+}
 
 void Keeper::look() {
   Search outcome = Search::failed;
   // A device that takes no buffers any more is still a camera to libcamera until udev's message has come.
   if (!session_ || session_->is_disconnected()) {
     session_.reset();
-    rt::Result<Session*> answer(nullptr);
-    do_open(&answer);
-    if (answer) outcome = Search::found;
+    if (open_now()) outcome = Search::found;
   }
   // Pairs with the acquire in searched().
   search_.store(outcome, std::memory_order_release);
   wake_.notify();
+}
+
+void Keeper::tell_done() {
+  const std::lock_guard lock(mutex_);
+  is_done_ = true;
+  done_.notify_one();  // before the lock is given up: the waiter may then destroy both
+}
+
+void Keeper::wait_until_done() {
+  std::unique_lock lock(mutex_);
+  done_.wait(lock, [this] { return is_done_; });
+  is_done_ = false;
 }
 
 }  // namespace tactus::hal::libcamera

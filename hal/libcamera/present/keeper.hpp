@@ -5,7 +5,9 @@
 #include <libcamera/libcamera.h>
 
 #include <atomic>
+#include <condition_variable>
 #include <memory>
+#include <mutex>
 #include <string>
 
 #include "hal/libcamera/present/session.hpp"
@@ -33,9 +35,12 @@ class Keeper final : public lc::Object {
   Session* found();
 
  private:
+  rt::Result<Session*> open_now();
   void do_open(rt::Result<Session*>* answer);
   void do_close();
   void look();
+  void tell_done();
+  void wait_until_done();
 
   lc::CameraManager& manager_;
   std::string id_;
@@ -43,6 +48,10 @@ class Keeper final : public lc::Object {
   Wake& wake_;
   std::unique_ptr<Session> session_;
   std::atomic<Search> search_{Search::idle};
+  // libcamera's own way to wait for a message (0.0.3) signals a semaphore that its waiter may have destroyed by then.
+  std::mutex mutex_;  // guards is_done_
+  std::condition_variable done_;
+  bool is_done_ = false;
 };
 
 }  // namespace tactus::hal::libcamera

@@ -65,6 +65,9 @@ rt::Result<LiveCamera<ColorCamera>> open_color(const LibcameraRequest& request) 
   if (!manager) return manager.error();
   const auto camera = find_camera((*manager)->cameras(), request.id);
   if (!camera) return camera.error();
+  // To ask for its modes probes a device; who streams from it should not notice.
+  if (const std::string busy = acquire(**camera); !busy.empty()) return unavailable(":" + (*camera)->id() + ": " + busy + ".");
+  (*camera)->release();
   const auto formats = formats_of(**camera);
   if (!formats) return formats.error();
   const auto choice = choose_format(*formats, request.mode, request.format);

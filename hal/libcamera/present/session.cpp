@@ -22,6 +22,13 @@ void sync(int fd, std::uint64_t flags) noexcept {
 
 }  // namespace
 
+std::string acquire(lc::Camera& camera) {
+  const int error = camera.acquire();
+  if (error == 0) return {};
+  if (error == -EBUSY) return "is in use by another program, or opened twice; close the other one";
+  return "cannot be acquired: " + words_of(error);
+}
+
 Session::Session(std::shared_ptr<lc::Camera> camera, Wake& wake)
     : camera_(std::move(camera)), wake_(wake), producer_(ring_.producer()), consumer_(ring_.consumer()) {
   camera_->requestCompleted.connect(this, &Session::on_completed);
@@ -55,9 +62,8 @@ Session::~Session() {
 }
 
 std::string Session::configure(const FormatChoice& choice) {
-  const int busy = camera_->acquire();
-  if (busy != 0)
-    return busy == -EBUSY ? "is in use by another program, or opened twice; close the other one" : "cannot be acquired: " + words_of(busy);
+  std::string why_not = acquire(*camera_);
+  if (!why_not.empty()) return why_not;
   is_acquired_ = true;
   const std::unique_ptr<lc::CameraConfiguration> configuration = camera_->generateConfiguration({lc::StreamRole::Viewfinder});
   if (!configuration || configuration->empty()) return "has no stream for pictures";

@@ -33,6 +33,9 @@ struct Mode {
   std::vector<ControlSetting> controls;
 };
 
+/// Takes the camera for this process; empty, or why not.
+std::string acquire(lc::Camera& camera);
+
 class Session {
  public:
   struct Frame {
