@@ -162,7 +162,8 @@ DeviceList find_accelerometers(const std::filesystem::path& devices) {
   }
   if (!list.devices.empty()) return list;
   if (folders.empty())
-    list.why_none = devices.string() + " is empty or absent: this machine has no sensors of the kernel's Industrial I/O, or no driver for them.";
+    list.why_none = devices.string() +
+                    " is empty or absent: this machine has no sensors of the kernel's Industrial I/O, or no driver for them.";
   else
     list.why_none = "None of the sensors in " + devices.string() + " is an accelerometer.";
   return list;

@@ -72,7 +72,7 @@ rt::Result<lc::ControlValue> parse_numbers(const lc::ControlId& id, const lc::Co
   const std::vector<std::string> words = split(text);
   const std::size_t count = numbers_count(id);
   if (words.size() != count)
-    return bad(id, text, "it takes " + std::to_string(count) + (count == 1 ? " number" : " numbers with commas between them"));
+    return bad(id, text, "it takes " + std::to_string(count) + (count == 1 ? " number" : " numbers, with commas between"));
   std::vector<Number> values;
   for (const std::string& word : words) {
     const auto value = parse_number<Number>(word);
@@ -111,7 +111,8 @@ rt::Result<std::vector<ControlSetting>> parse_controls(const lc::ControlInfoMap&
                                                        std::span<const std::pair<std::string, std::string>> wanted) {
   std::vector<ControlSetting> settings;
   for (const auto& [name, text] : wanted) {
-    const auto found = std::find_if(offered.begin(), offered.end(), [&](const auto& entry) { return entry.first->name() == name; });
+    auto found = offered.begin();
+    while (found != offered.end() && found->first->name() != name) ++found;
     if (found == offered.end()) {
       std::vector<std::string> names;
       for (const auto& [id, info] : offered) names.push_back(id->name() + " " + info.toString());

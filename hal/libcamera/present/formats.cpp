@@ -11,8 +11,10 @@ struct Known {
   PixelFormat ours;
 };
 // Cheapest conversion first; mjpeg last, it costs a decoder's time and heap calls and has lost detail.
-constexpr std::array<Known, 4> kKnown{
-    {{"BGR888", PixelFormat::rgb24}, {"YUYV", PixelFormat::yuyv}, {"NV12", PixelFormat::nv12}, {"MJPEG", PixelFormat::mjpeg}}};
+constexpr std::array<Known, 4> kKnown{{{"BGR888", PixelFormat::rgb24},
+                                      {"YUYV", PixelFormat::yuyv},
+                                      {"NV12", PixelFormat::nv12},
+                                      {"MJPEG", PixelFormat::mjpeg}}};
 
 bool has_size(const lc::StreamFormats& offered, const lc::PixelFormat& format, const lc::Size& size) {
   const std::vector<lc::Size> sizes = offered.sizes(format);
@@ -55,7 +57,8 @@ std::optional<PixelFormat> raw_format(const lc::PixelFormat& format) {
   return std::nullopt;
 }
 
-rt::Result<FormatChoice> choose_format(const lc::StreamFormats& offered, const ModeRequest& mode, const std::string& format) {
+rt::Result<FormatChoice> choose_format(const lc::StreamFormats& offered, const ModeRequest& mode,
+                                       const std::string& format) {
   const bool has_request = mode.width > 0 && mode.height > 0;
   for (const Known& known : kKnown) {
     if (!format.empty() && format != known.name) continue;
@@ -72,11 +75,13 @@ rt::Result<FormatChoice> choose_format(const lc::StreamFormats& offered, const M
   }
   if (format == "RGB888")
     return rt::Error{rt::ExitCode::bad_usage,
-                     "RGB888 is B, G, R in memory in libcamera's words and is not taken; ask for BGR888, YUYV, NV12 or MJPEG."};
+                     "RGB888 is B, G, R in memory in libcamera's words and is not taken; ask for BGR888, YUYV, NV12 or "
+                     "MJPEG."};
   std::string wanted = format.empty() ? "BGR888, YUYV, NV12 or MJPEG" : format;
   if (has_request) wanted += " of " + std::to_string(mode.width) + "x" + std::to_string(mode.height);
   return rt::Error{rt::ExitCode::bad_usage,
-                   "has no " + wanted + " that can be taken; ask for one of what it has: " + text_of(describe(offered)) + "."};
+                   "has no " + wanted + " that can be taken; ask for one of what it has: " +
+                       text_of(describe(offered)) + "."};
 }
 
 std::vector<std::string> describe(const lc::StreamFormats& offered) {
@@ -86,7 +91,8 @@ std::vector<std::string> describe(const lc::StreamFormats& offered) {
       lines.push_back(format.toString() + " (cannot be taken)");
       continue;
     }
-    for (const lc::Size& size : offered.sizes(format)) lines.push_back("color " + format.toString() + " " + size.toString());
+    for (const lc::Size& size : offered.sizes(format))
+      lines.push_back("color " + format.toString() + " " + size.toString());
   }
   return lines;
 }

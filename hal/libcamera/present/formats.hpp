@@ -27,7 +27,8 @@ struct FormatChoice {
 
 /// The size and the format that LibcameraRequest describes. bad_usage: the camera has them not; the sentence lists what it
 /// has.
-rt::Result<FormatChoice> choose_format(const lc::StreamFormats& offered, const ModeRequest& mode, const std::string& format);
+rt::Result<FormatChoice> choose_format(const lc::StreamFormats& offered, const ModeRequest& mode,
+                                       const std::string& format);
 
 /// "color YUYV 640x480", one line for each format that can be taken and each of its sizes; others are one line each.
 std::vector<std::string> describe(const lc::StreamFormats& offered);

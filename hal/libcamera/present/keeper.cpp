@@ -34,7 +34,8 @@ Session* Keeper::found() {
 rt::Result<Session*> Keeper::open_now() {
   const std::shared_ptr<lc::Camera> camera = manager_.get(id_);
   if (!camera)
-    return rt::Error{rt::ExitCode::device_unavailable, "libcamera:" + id_ + ": went away while it was opened; plug it in again."};
+    return rt::Error{rt::ExitCode::device_unavailable,
+                     "libcamera:" + id_ + ": went away while it was opened; plug it in again."};
   auto session = Session::open(camera, mode_, wake_);
   if (!session) return session.error();
   session_ = std::move(*session);

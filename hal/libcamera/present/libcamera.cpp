@@ -25,7 +25,9 @@ std::string ids_of(const Cameras& cameras) {
   return text;
 }
 
-std::string model_of(const lc::Camera& camera) { return camera.properties().get(lc::properties::Model).value_or("a camera"); }
+std::string model_of(const lc::Camera& camera) {
+  return camera.properties().get(lc::properties::Model).value_or("a camera");
+}
 
 rt::Result<std::shared_ptr<lc::Camera>> find_camera(const Cameras& cameras, const std::string& id) {
   if (cameras.empty()) return unavailable(": no camera. " + explain_no_camera());
@@ -35,10 +37,11 @@ rt::Result<std::shared_ptr<lc::Camera>> find_camera(const Cameras& cameras, cons
     if (camera->id() == id) return camera;
     if (camera->id().find(id) != std::string::npos) matches.push_back(camera);
   }
-  if (matches.empty()) return unavailable(":" + id + ": no camera has this in its id; there are " + ids_of(cameras) + ".");
+  if (matches.empty())
+    return unavailable(":" + id + ": no camera has this in its id; there are " + ids_of(cameras) + ".");
   if (matches.size() > 1)
-    return rt::Error{rt::ExitCode::bad_usage,
-                     "libcamera:" + id + ": several cameras have this in their id; name more of one of " + ids_of(matches) + "."};
+    return rt::Error{rt::ExitCode::bad_usage, "libcamera:" + id + ": several cameras have this in their id; name more of " +
+                                                  "one of " + ids_of(matches) + "."};
   return matches.front();
 }
 
@@ -46,6 +49,13 @@ rt::Result<lc::StreamFormats> formats_of(lc::Camera& camera) {
   const std::unique_ptr<lc::CameraConfiguration> configuration = camera.generateConfiguration({lc::StreamRole::Viewfinder});
   if (!configuration || configuration->empty()) return unavailable(":" + camera.id() + ": has no stream for pictures.");
   return configuration->at(0).formats();
+}
+
+/// Empty: the camera is free. To ask for its modes probes a device; who streams from it should not notice.
+std::string why_busy(lc::Camera& camera) {
+  std::string why = acquire(camera);
+  if (why.empty()) camera.release();
+  return why;
 }
 
 /// False when the camera cannot be told a rate.
@@ -65,9 +75,8 @@ rt::Result<LiveCamera<ColorCamera>> open_color(const LibcameraRequest& request) 
   if (!manager) return manager.error();
   const auto camera = find_camera((*manager)->cameras(), request.id);
   if (!camera) return camera.error();
-  // To ask for its modes probes a device; who streams from it should not notice.
-  if (const std::string busy = acquire(**camera); !busy.empty()) return unavailable(":" + (*camera)->id() + ": " + busy + ".");
-  (*camera)->release();
+  if (const std::string busy = why_busy(**camera); !busy.empty())
+    return unavailable(":" + (*camera)->id() + ": " + busy + ".");
   const auto formats = formats_of(**camera);
   if (!formats) return formats.error();
   const auto choice = choose_format(*formats, request.mode, request.format);
@@ -115,7 +124,9 @@ DeviceList list_devices() {
   }
   for (const auto& camera : (*manager)->cameras()) {
     DeviceEntry entry{"libcamera:" + camera->id(), model_of(*camera), {}, {}};
-    if (const auto formats = formats_of(*camera))
+    if (const std::string busy = why_busy(*camera); !busy.empty())
+      entry.trouble = "It " + busy + ".";
+    else if (const auto formats = formats_of(*camera))
       entry.formats = describe(*formats);
     else
       entry.trouble = formats.error().message;

@@ -65,14 +65,15 @@ std::string Session::configure(const FormatChoice& choice) {
   std::string why_not = acquire(*camera_);
   if (!why_not.empty()) return why_not;
   is_acquired_ = true;
-  const std::unique_ptr<lc::CameraConfiguration> configuration = camera_->generateConfiguration({lc::StreamRole::Viewfinder});
+  const auto configuration = camera_->generateConfiguration({lc::StreamRole::Viewfinder});
   if (!configuration || configuration->empty()) return "has no stream for pictures";
   lc::StreamConfiguration& stream = configuration->at(0);
   stream.pixelFormat = choice.theirs;
   stream.size = choice.size;
   const bool is_valid = configuration->validate() != lc::CameraConfiguration::Invalid;
   if (!is_valid || stream.pixelFormat != choice.theirs || stream.size != choice.size)
-    return "offers " + choice.theirs.toString() + " " + choice.size.toString() + " but does not take it; ask for another mode";
+    return "offers " + choice.theirs.toString() + " " + choice.size.toString() +
+           " but does not take it; ask for another mode";
   const int error = camera_->configure(configuration.get());
   if (error != 0) return "does not take its mode: " + words_of(error);
   stream_ = stream.stream();
@@ -127,8 +128,10 @@ std::string Session::start(const std::vector<ControlSetting>& controls) {
   }
   const int error = camera_->start(&list);
   if (error != 0) return "does not start: " + words_of(error);
-  for (const Slot& slot : slots_)
-    if (const int refused = camera_->queueRequest(slot.request.get()); refused != 0) return "takes no requests: " + words_of(refused);
+  for (const Slot& slot : slots_) {
+    const int refused = camera_->queueRequest(slot.request.get());
+    if (refused != 0) return "takes no requests: " + words_of(refused);
+  }
   return {};
 }
 

@@ -36,7 +36,8 @@ class GuestIio : public testing::Test {
     ASSERT_EQ(ioctl(bus_, I2C_SLAVE_FORCE, kAddress), 0);
     measure(0, 0, 21);
     std::ofstream(adapter_ / "new_device") << "mma7660 0x4c\n";
-    for (int i = 0; i < 100 && find_accelerometers().devices.empty(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    for (int i = 0; i < 100 && find_accelerometers().devices.empty(); ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
   }
   void TearDown() override {
     if (bus_ >= 0) close(bus_);
@@ -63,7 +64,7 @@ TEST_F(GuestIio, DevicesListTheAccelerometer) {
   EXPECT_EQ(list.devices[0].name, "mma7660");
   EXPECT_EQ(list.devices[0].trouble, "");
   ASSERT_EQ(list.devices[0].formats.size(), 1U);
-  std::printf("%s %s: %s\n", list.devices[0].source.c_str(), list.devices[0].name.c_str(), list.devices[0].formats[0].c_str());
+  std::printf("%s: %s\n", list.devices[0].source.c_str(), list.devices[0].formats[0].c_str());
 }
 
 TEST_F(GuestIio, GravityPointsAgainstWhatTheRestingChipMeasures) {

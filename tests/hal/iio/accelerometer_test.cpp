@@ -151,8 +151,8 @@ TEST(IioAccelerometer, WhatIsNotAsTheKernelWritesItIsRefused) {
   sut.put("in_accel_x_raw", "12");
   expect_refused(sut, "in_accel_y_raw");
   sut.measure({0, 0, 9.81});
-  for (const char* matrix : {"", "1, 0, 0", "1, 0, 0; 0, 1, 0; 0, 0, 1; 0", "2, 0, 0; 0, 1, 0; 0, 0, 1", "1, 0, 0; 0, 1, 0; 0, 0, x",
-                             "nan, 0, 0; 0, 1, 0; 0, 0, 1"}) {
+  for (const char* matrix : {"", "1, 0, 0", "1, 0, 0; 0, 1, 0; 0, 0, 1; 0", "2, 0, 0; 0, 1, 0; 0, 0, 1",
+                             "1, 0, 0; 0, 1, 0; 0, 0, x", "nan, 0, 0; 0, 1, 0; 0, 0, 1"}) {
     sut.put("in_accel_mount_matrix", matrix);
     expect_refused(sut, "is not a rotation");
   }

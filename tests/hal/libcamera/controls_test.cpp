@@ -47,7 +47,8 @@ TEST(LibcameraControls, WhatIsNoNumberOrOneTooManyIsRefused) {
     EXPECT_FALSE(parse_control(lc::controls::AnalogueGain, kGain, text)) << text;
   for (const char* text : {"1.5", "99999999999", "0x10"})
     EXPECT_FALSE(parse_control(lc::controls::ExposureTime, kExposure, text)) << text;
-  for (const char* text : {"yes", "", "2"}) EXPECT_FALSE(parse_control(lc::controls::AeEnable, lc::ControlInfo(), text)) << text;
+  for (const char* text : {"yes", "", "2"})
+    EXPECT_FALSE(parse_control(lc::controls::AeEnable, lc::ControlInfo(), text)) << text;
   for (const char* text : {"1", "1,2,3"})
     EXPECT_FALSE(parse_control(lc::controls::ColourGains, lc::ControlInfo(0.0F, 32.0F), text)) << text;
   EXPECT_FALSE(parse_control(lc::controls::ScalerCrop, lc::ControlInfo(), "0,0,640,480"));
