@@ -305,6 +305,14 @@ rt::Status Pipeline::capture_round(rt::Clock clock) noexcept {
   return rt::Status::ok;
 }
 
+/// More than 1 where frames are missing or were overtaken.
+int Pipeline::count_frames_since_last(rt::SensorTime time) noexcept {
+  const double interval_s = spine_saw_ ? (time - *spine_saw_).seconds() : 0;
+  spine_saw_ = time;
+  constexpr double kFramesMax = 1000;
+  return static_cast<int>(std::clamp(interval_s * setup_.sensor->frame_rate_hz + 0.5, 1.0, kFramesMax));
+}
+
 rt::Status Pipeline::spine_round(rt::Clock clock, rt::HostTime deadline) noexcept {
   const auto id = to_spine_out_->try_pop();
   if (!id) return rt::Status::skipped;
@@ -314,11 +322,12 @@ rt::Status Pipeline::spine_round(rt::Clock clock, rt::HostTime deadline) noexcep
     return timed(which, kSpineTrace, clock, deadline, step);
   };
 
+  const int frames_since_last = count_frames_since_last(frame->header.time);
   const auto rgb =
       frame->has_rgb ? std::span<const std::uint8_t>(frame->rgb) : std::span<const std::uint8_t>{};
   (void)stage(Stage::register_frame, [&]() noexcept { return spine_.register_frame(frame->raw_depth, rgb); });
   const rt::Status tracked = stage(Stage::track, [&]() noexcept {
-    return setup_.known_poses.empty() ? spine_.track() : place(frame->header.time);
+    return setup_.known_poses.empty() ? spine_.track(frames_since_last) : place(frame->header.time);
   });
   (void)stage(Stage::integrate, [&]() noexcept { return spine_.integrate(); });
   (void)stage(Stage::predict, [&]() noexcept { return spine_.predict(); });

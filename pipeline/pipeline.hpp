@@ -220,6 +220,7 @@ class Pipeline {
   rt::Status timed(Stage stage, std::size_t trace, rt::Clock clock, rt::HostTime deadline,
                    Step&& step) noexcept;
   rt::Status place(rt::SensorTime time) noexcept;
+  int count_frames_since_last(rt::SensorTime time) noexcept;
   [[nodiscard]] LabelSurvey survey() const noexcept;
   bool is_keyframe() noexcept;
   void fill_keyframe(const SensorFrame& frame) noexcept;
@@ -297,6 +298,7 @@ class Pipeline {
   T_WorldDepth T_world_keyframe_;                     // of the last one
   std::optional<std::uint32_t> waiting_since_index_;  // the frame that was the first to be too blurred
   std::optional<T_WorldDepth> T_world_before_;        // of the frame before, when it was tracked
+  std::optional<rt::SensorTime> spine_saw_;           // the frame before, tracked or not
   // The keyframe whose labels are being fused, and how far that has come; by the spine alone.
   static constexpr std::size_t kBlocksPerKeyframe = 8192;  // it sees some 4000
   std::array<map::BlockIndex, kBlocksPerKeyframe> fusing_blocks_{};

@@ -22,6 +22,13 @@ std::size_t pixels_count(const hal::Intrinsics& camera) {
 // Motion between two frames below which the camera stands still: without it 60 noisy frames walk 0.08 mm.
 constexpr double kStillM = 3e-4, kStillTurn = 2e-4;
 
+// Where frames are missing the motion is carried on for as long, up to a third of a second: hands turn round then.
+constexpr int kFramesAheadMax = 10;
+
+double fit_of(const track::TrackResult& result) noexcept {
+  return result.status == rt::Status::ok ? result.inlier_share * result.overlap_share : 0;
+}
+
 // A proposal may lie this far from the truth; acceptance is stricter than for a frame that follows its
 // predecessor, because a wrong acceptance spoils the map.
 constexpr double kRelocalizeShiftM = 0.8, kRelocalizeTurn = 0.8;
@@ -200,7 +207,7 @@ rt::Status Spine::place(const T_WorldDepth& T_world_depth) noexcept {
 
 rt::Status Spine::miss() noexcept { return result_.status = rt::Status::lost; }
 
-rt::Status Spine::track() noexcept {
+rt::Status Spine::track(int frames_since_last) noexcept {
   if (is_blank()) {
     // Nothing is known of the motion meanwhile: the next frame with content is searched for, not followed.
     has_model_ = false;
@@ -220,10 +227,17 @@ rt::Status Spine::track() noexcept {
     track::TrackConfig config = config_.track;
     // A pose that was searched for is centimetres off: texture would pull to its nearest repetition.
     if (was_found_) config.brightness_first_below = 0;
-    result_.track = track::track_frame(input, track::kTrackLevels, velocity_, config, *pool_);
+    const auto steps = static_cast<double>(std::min(frames_since_last, kFramesAheadMax));
+    result_.track = track::track_frame(input, track::kTrackLevels, track::scaled(velocity_, steps), config, *pool_);
+    if (frames_since_last > 1) {
+      // The hand may have come to rest meanwhile: how well the frame fits says which guess was right.
+      const track::TrackResult slow = track::track_frame(input, track::kTrackLevels, velocity_, config, *pool_);
+      if (fit_of(slow) > fit_of(result_.track)) result_.track = slow;
+    }
     if (result_.track.status == rt::Status::ok) {
-      velocity_ = result_.track.T_view_live;
-      const Transform<Depth, Depth> motion{velocity_.rotation, velocity_.translation};
+      const track::T_ViewLive& moved = result_.track.T_view_live;
+      velocity_ = track::scaled(moved, 1 / steps);
+      const Transform<Depth, Depth> motion{moved.rotation, moved.translation};
       // A camera that stands still is held: the estimate's own noise would walk. The model view stays at the
       // held pose, so slow motion adds up until it shows, and the pose is never off by more than this.
       if (motion.translation.norm() > kStillM || track::small_angle(motion.rotation) > kStillTurn)

@@ -65,8 +65,9 @@ class Spine {
   /// Depth to the pipeline's units and half resolution; colour to the depth camera. `rgb` may be empty.
   rt::Status register_frame(std::span<const std::uint16_t> raw_depth,
                             std::span<const std::uint8_t> rgb) noexcept;
-  /// Pose by ICP; when that fails, by relocalisation. Holds integrate() and predict() back when lost.
-  rt::Status track() noexcept;
+  /// Pose by ICP; when that fails, by relocalisation. Holds integrate() and predict() back when lost. `frames_since_last`:
+  /// from 1, how many frames ago the one before was taken.
+  rt::Status track(int frames_since_last = 1) noexcept;
   /// Instead of track(): the pose is known from outside, or known to be missing. For studies that set tracking
   /// aside. corrupt when the frame shows nothing.
   rt::Status place(const T_WorldDepth& T_world_depth) noexcept;
@@ -126,7 +127,7 @@ class Spine {
   std::uint32_t valid_count_ = 0;
   float pivot_z_m_ = 2.0f;
   T_WorldDepth T_world_depth_;
-  track::T_ViewLive velocity_;  // last frame's motion
+  track::T_ViewLive velocity_;  // from one frame to the next, where none is missing
   SpineResult result_;
 };
 

@@ -1,5 +1,6 @@
 #include "pipeline/track/tracker.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -34,6 +35,16 @@ double small_angle(const Rotation& rotation) noexcept {
   const Quaternion q = rotation.quaternion();
   const double s = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z);
   return 2 * s * (1 + s * s / 6);  // 2 asin(s)
+}
+
+T_ViewLive scaled(const T_ViewLive& motion, double factor) noexcept {
+  if (factor == 1) return motion;
+  // The sine of half the angle, as if it were the angle; half a turn at most.
+  const Quaternion q = motion.rotation.quaternion();
+  const Vec3d sine = Vec3d{q.x, q.y, q.z} * factor;
+  const double squared = std::min(1.0, sine.dot(sine));
+  const Quaternion turned = Quaternion{std::sqrt(1 - squared), sine.x, sine.y, sine.z}.normalized();
+  return {Rotation::from(turned), motion.translation * factor};
 }
 
 TrackResult track_frame(const IcpInput& input, std::span<const IcpLevel> levels, const T_ViewLive& T_guess,

@@ -46,6 +46,10 @@ struct TrackResult {
 TrackResult track_frame(const IcpInput& input, std::span<const IcpLevel> levels, const T_ViewLive& T_guess,
                         const TrackConfig& config, rt::WorkerPool& pool) noexcept;
 
+/// A motion carried on for `factor` times as long, or a part of it; as it is for 1. Good to a hundredth up to half a radian:
+/// for guesses.
+T_ViewLive scaled(const T_ViewLive& motion, double factor) noexcept;
+
 /// Rotation angle of a unit quaternion's rotation in radians, good to 1e-3 up to half a radian: for
 /// thresholds.
 double small_angle(const Rotation& rotation) noexcept;

@@ -54,5 +54,24 @@ TEST(SpineRecovery, RecoversAtAQuarterOfThePixelsAsWell) {
   expect_recovery("synthetic:bedroom?mode=320x240&frames=130&blank=100:6&jump=1", 5, 0.010);
 }
 
+/// 30 frames that all come, then `missing_count` are lost before every eighth.
+void expect_followed(const std::string& source, int missing_count, double tolerance_m) {
+  Session sut(source);
+  for (int i = 0; sut.step(i >= 30 && i % 8 == 0 ? missing_count : 0); ++i) {
+    ASSERT_EQ(sut.status, rt::Status::ok) << "frame " << sut.frame();
+    EXPECT_FALSE(sut.spine.result().relocalized) << "frame " << sut.frame();
+    EXPECT_LT(sut.error_m(), tolerance_m) << "frame " << sut.frame();
+  }
+}
+
+// Once round the room's loop in 2 s; a calm hand takes 10.
+TEST(SpineRecovery, OneMissingFrameOfAFastHandIsNotNoticed) {
+  expect_followed("synthetic:bedroom?mode=320x240&frames=60", 1, 0.006);
+}
+
+TEST(SpineRecovery, SixMissingFramesOfACalmHandAreNotNoticed) {
+  expect_followed("synthetic:bedroom?mode=320x240&frames=300", 6, 0.010);
+}
+
 }  // namespace
 }  // namespace tactus

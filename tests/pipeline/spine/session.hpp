@@ -34,20 +34,25 @@ class Session {
     spine.bind(map_memory, memory, sensor_.calibration, config, sensor_.truth.front().T_world_depth, pool_);
   }
 
-  /// One frame through all stages; false when the recording is over.
-  bool step() {
+  /// One frame through all stages, after so many that are lost on the way; false when the recording is over.
+  bool step(int missing_count = 0) {
     hal::FrameHeader header;
+    for (int i = 0; i < missing_count; ++i) {
+      if (sensor_.depth->read(raw_, header, {}) != rt::Status::ok) return false;
+      if (sensor_.color->read(rgb_, header, {}) != rt::Status::ok) return false;
+    }
+    missing_count_ += missing_count;
     if (sensor_.depth->read(raw_, header, {}) != rt::Status::ok) return false;
     if (sensor_.color->read(rgb_, header, {}) != rt::Status::ok) return false;
     status_registered = spine.register_frame(raw_, rgb_);
-    status = spine.track();
+    status = spine.track(1 + missing_count);
     static_cast<void>(spine.integrate());
     static_cast<void>(spine.predict());
     poses.push_back(spine.result().T_world_depth);
     return true;
   }
 
-  [[nodiscard]] int frame() const { return static_cast<int>(poses.size()) - 1; }
+  [[nodiscard]] int frame() const { return static_cast<int>(poses.size()) - 1 + missing_count_; }
   [[nodiscard]] const T_WorldDepth& truth(int i) const {
     return sensor_.truth[static_cast<std::size_t>(i)].T_world_depth;
   }
@@ -73,6 +78,7 @@ class Session {
   hal::Sensor sensor_;
   rt::WorkerPool pool_;
   bool is_started_ = true;
+  int missing_count_ = 0;
   std::unique_ptr<std::byte, Free> map_memory_, memory_;
   std::vector<std::uint16_t> raw_;
   std::vector<std::uint8_t> rgb_;

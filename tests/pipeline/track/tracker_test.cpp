@@ -49,6 +49,20 @@ TEST(Tracker, OneAndTwoThreadsGiveTheSameBits) {
   }
 }
 
+TEST(Tracker, MotionCarriedOnIsThatOfSoManyFrames) {
+  const T_ViewLive one = motion({0.02, -0.03, 0.01}, {0.01, 0.02, -0.03});
+  EXPECT_EQ(scaled(one, 1).rotation.m, one.rotation.m) << "the same bits";
+  EXPECT_EQ(scaled(one, 1).translation, one.translation);
+  EXPECT_EQ(scaled(T_ViewLive{}, 7).rotation.m, Rotation{}.m);
+  Rotation six;
+  for (int i = 0; i < 6; ++i) six = six * one.rotation;
+  const T_ViewLive sut = scaled(one, 6);
+  EXPECT_LT(small_angle(sut.rotation.transposed() * six), 0.002) << "of 0.22";
+  EXPECT_LT((sut.translation - one.translation * 6).norm(), 1e-12);
+  EXPECT_LT(small_angle(scaled(sut, 1.0 / 6).rotation.transposed() * one.rotation), 1e-9);
+  EXPECT_TRUE(scaled(one, 1000).is_finite());
+}
+
 TEST(Tracker, BlankFrameIsLost) {
   rt::WorkerPool pool;
   const ModelOfPlanes model(corner());
