@@ -8,7 +8,9 @@ namespace tactus::firmware {
 
 rt::Result<OpenedSource> open_for_pipeline(const SourceRequest& request, const RunSettings& settings,
                                            const std::function<rt::Result<void>(hal::Sensor&)>& wrap) {
-  auto sensor = open_source(request.source, request.options);
+  SourceOptions options = request.options;
+  options.live = {settings.profile.sensor_mode, settings.profile.needs_registered};
+  auto sensor = open_source(request.source, options);
   if (!sensor) return sensor.error();
   if (auto supported = check_depth_size(request.source, *sensor); !supported) return supported.error();
   if (wrap)

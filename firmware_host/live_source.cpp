@@ -105,10 +105,10 @@ constexpr std::array kKeys = {
         [](LiveSource& s, std::string_view text) { return (s.is_synchronized = parse_switch(text)).has_value(); }},
     Key{"calibration", kV4l2 | kOpenNi2, "a file as `tactus convert` writes it (calibration.toml)",
         [](LiveSource& s, std::string_view text) { return kText(s.calibration, text); }},
-    Key{"accelerometer", kV4l2 | kOpenNi2, "iio:deviceN",
+    Key{"accelerometer", kV4l2 | kOpenNi2, "iio:deviceN, or its folder",
         [](LiveSource& s, std::string_view text) {
           s.accelerometer = text;
-          return text.starts_with("iio:") && text.size() > 4;
+          return text.starts_with("/") || (text.starts_with("iio:") && text.size() > 4);
         }},
 };
 
@@ -238,16 +238,6 @@ rt::Result<LiveSource> parse_live_source(std::string_view source) {
   if (!out.color.empty() && out.is_registered == true)
     return bad("registered=1 is of OpenNI2's own colour camera, and color= names another one.");
   return out;
-}
-
-const char* live_source_help() {
-  return "  v4l2:NODE            a depth camera of the kernel (Z16, Y16, Y12), with ?color=NODE or libcamera:ID for colour\n"
-         "  openni2[:URI]        a depth camera that OpenNI2 has a driver for, with its own colour or ?color=\n"
-         "                       options of both: mode=WxH@HZ  color_mode=  color=  color_format=  "
-         "color_controls=NAME:VALUE,...\n"
-         "                       calibration=FILE.toml  accelerometer=iio:deviceN; of openni2: registered=0|1  "
-         "sync=0|1; of v4l2:\n"
-         "                       format=  controls=NAME:VALUE,...  buffers=mmap|userptr|dmabuf[:EXPORTER]\n";
 }
 
 rt::Result<hal::RigCalibration> fit_calibration(hal::RigCalibration rig, const std::string& file, ImageSize depth,

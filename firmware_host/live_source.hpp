@@ -31,7 +31,7 @@ struct LiveSource {
   Controls controls, color_controls;
   std::string color;                   // node, or libcamera:ID; empty: OpenNI2's own, V4L2 none
   std::string calibration;             // FILE.toml
-  std::string accelerometer;           // iio:deviceN
+  std::string accelerometer;           // iio:deviceN, or its folder
   std::optional<bool> is_registered;   // OpenNI2 resamples depth into its colour camera
   std::optional<bool> is_synchronized; // OpenNI2 takes both at the same time
 };
@@ -41,9 +41,6 @@ bool is_live_source(std::string_view source);
 
 /// Pure. bad_usage: one sentence that names the key and what it takes.
 rt::Result<LiveSource> parse_live_source(std::string_view source);
-
-/// Keys of live sources, for --help.
-const char* live_source_help();
 
 /// WIDTHxHEIGHT, WIDTHxHEIGHT@HZ or @HZ; nothing for anything else.
 std::optional<hal::ModeRequest> parse_mode(std::string_view text);

@@ -4,6 +4,8 @@
 #include <utility>
 
 #include "firmware_host/source_part.hpp"
+#include "hal/openni2/openni2.hpp"
+#include "hal/record/tac.hpp"
 #include "hal/replay/replay.hpp"
 #include "hal/synthetic/synthetic.hpp"
 
@@ -38,17 +40,12 @@ rt::Result<hal::Sensor> open_part_of_synthetic(const std::string& source, FrameR
   return opened;
 }
 
-/// The backend that would open this source, when this build has none; empty otherwise.
-std::string missing_backend(const std::string& source) {
-  const auto is_kind = [&](const char* kind) {
-    const std::string prefix = kind;
-    return source == prefix || source.starts_with(prefix + ":");
-  };
-  if (is_kind("openni2") || source.ends_with(".oni")) return "OpenNI2 cameras and .oni files";
-  if (is_kind("v4l2")) return "V4L2 cameras";
-  if (is_kind("libcamera")) return "libcamera cameras";
-  if (source.ends_with(".tac")) return "single-file recordings (.tac)";
-  return {};
+rt::Result<hal::Sensor> open_part_of_live(const std::string& source, const SourceOptions& options) {
+  const auto parsed = parse_live_source(source);
+  if (!parsed) return parsed.error();
+  auto sensor = open_live(*parsed, options.live);
+  if (sensor && !options.frames.is_everything()) play_next_frames(*sensor, options.frames);
+  return sensor;
 }
 
 }  // namespace
@@ -59,13 +56,14 @@ rt::Result<hal::Sensor> open_source(const std::string& source, const SourceOptio
   if (std::filesystem::is_directory(source, error)) {
     return hal::open_replay(source, {options.frames.first, options.frames.last, options.prefetch});
   }
-  if (const std::string missing = missing_backend(source); !missing.empty()) {
-    return rt::Error{rt::ExitCode::device_unavailable,
-                     source + ": this build has no backend for " + missing + "."};
-  }
+  if (is_live_source(source)) return open_part_of_live(source, options);
+  const FrameRange& frames = options.frames;
+  if (source.ends_with(".oni")) return hal::openni2::open_oni(source, {frames.first, frames.last, options.prefetch});
+  if (source.ends_with(".tac") || hal::record::is_tac(source))
+    return hal::record::open_tac(source, {frames.first, frames.last, options.prefetch});
   if (std::filesystem::exists(source, error)) {
     return rt::Error{rt::ExitCode::bad_input,
-                     source + ": this is a file; a recording is a folder in TUM RGB-D or 7-Scenes layout."};
+                     source + ": this is no recording; a folder in TUM RGB-D or 7-Scenes layout is one, or a .tac or .oni file."};
   }
   return rt::Error{
       rt::ExitCode::bad_input,
@@ -81,7 +79,15 @@ const char* source_help() {
          "'?',\n"
          "                       joined by '&': frames=N  mode=640x480|960x540|320x240  "
          "trajectory=handheld|still\n"
-         "                       seed=N  noise=0|1  registered=0|1  blank=FIRST:COUNT  jump=0|1\n";
+         "                       seed=N  noise=0|1  registered=0|1  blank=FIRST:COUNT  jump=0|1\n"
+         "  FILE.tac             a recording of `tactus record`;  FILE.oni  one of OpenNI2\n"
+         "  v4l2:NODE            a depth camera of the kernel (Z16, Y16, Y12), with ?color=NODE or libcamera:ID for colour\n"
+         "  openni2[:URI]        a depth camera that OpenNI2 has a driver for, with its own colour or ?color=\n"
+         "                       options of both: mode=WxH@HZ  color_mode=  color=  color_format=  "
+         "color_controls=NAME:VALUE,...\n"
+         "                       calibration=FILE.toml  accelerometer=iio:deviceN; of openni2: registered=0|1  "
+         "sync=0|1; of v4l2:\n"
+         "                       format=  controls=NAME:VALUE,...  buffers=mmap|userptr|dmabuf[:EXPORTER]\n";
 }
 
 }  // namespace tactus::firmware

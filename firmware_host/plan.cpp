@@ -50,9 +50,14 @@ rt::Result<std::string> plan(const PlanOptions& options) {
   const auto settings = read_settings(options.profile, options.settings);
   if (!settings) return settings.error();
   const Profile& profile = settings->profile;
-  hal::RigCalibration rig = hal::synthetic::calibration_of({});
+  hal::synthetic::SyntheticOptions usual;
+  if (profile.sensor_mode.width == 960 && profile.sensor_mode.height == 540)
+    usual.mode = hal::synthetic::Mode::wide_960x540;
+  hal::RigCalibration rig = hal::synthetic::calibration_of(usual);
   if (!options.source.empty()) {
-    const auto sensor = open_source(options.source);
+    SourceOptions source;
+    source.live = {profile.sensor_mode, profile.needs_registered};
+    const auto sensor = open_source(options.source, source);
     if (!sensor) return sensor.error();
     rig = sensor->calibration;
   }

@@ -4,6 +4,7 @@
 #include <charconv>
 
 #include "firmware_host/first_pose.hpp"
+#include "firmware_host/live_source.hpp"
 #include "hal/toml/toml_text.hpp"
 
 namespace tactus::firmware {
@@ -11,6 +12,12 @@ namespace {
 
 rt::Error wrong(const std::string& where, const std::string& what) {
   return {rt::ExitCode::bad_usage, where + ": " + what};
+}
+
+std::optional<Profile> built_in(std::string_view name) {
+  for (const Profile& profile : {x86_profile(), headset_profile(), paper_profile()})
+    if (profile.name == name) return profile;
+  return std::nullopt;
 }
 
 // One key: how a text becomes a value of the settings.
@@ -77,7 +84,7 @@ constexpr std::array kKeys = {
 std::string known_keys() {
   std::string names;
   for (const Key& key : kKeys) names += std::string(names.empty() ? "" : ", ") + key.name;
-  return names + ", labels.source, labels.class_map, labels.crf, labels.keyframes, light.toward";
+  return names + ", labels.source, labels.class_map, labels.crf, labels.keyframes, light.toward, sensor.mode";
 }
 
 rt::Result<void> apply(RunSettings& settings, const std::string& key, const std::string& text,
@@ -92,6 +99,12 @@ rt::Result<void> apply(RunSettings& settings, const std::string& key, const std:
       return wrong(where, "light.toward is three numbers X,Y,Z (world, y up) that are not all zero, not '" + text + "'.");
     settings.light = render::Light{};
     settings.light->toward_world = toward->cast<float>();
+    return {};
+  }
+  if (key == "sensor.mode") {
+    const auto mode = parse_mode(text);
+    if (!mode) return wrong(where, "sensor.mode is WIDTHxHEIGHT, WIDTHxHEIGHT@HZ or @HZ, not '" + text + "'.");
+    settings.profile.sensor_mode = *mode;
     return {};
   }
   if (key == "labels.crf") {
@@ -152,12 +165,11 @@ rt::Result<void> apply_file(RunSettings& settings, const std::string& file) {
       return wrong(where, key + " is neither a number nor a text.");
     };
     if (group.str() == "base") {
-      const std::string base = node.value_or<std::string>("");
-      if (base != "x86" && base != "headset")
+      const auto profile = built_in(node.value_or<std::string>(""));
+      if (!profile)
         return wrong(file + ":" + std::to_string(node.source().begin.line),
-                     "base is \"x86\" or \"headset\".");
-      const Profile profile = base == "headset" ? headset_profile() : x86_profile();
-      settings.profile = profile;
+                     "base is \"x86\", \"headset\" or \"paper\".");
+      settings.profile = *profile;
     } else if (const toml::table* group_table = node.as_table()) {
       for (const auto& [key, value] : *group_table)
         if (auto set = one(std::string(group.str()) + "." + std::string(key.str()), value); !set)
@@ -172,9 +184,10 @@ rt::Result<void> apply_file(RunSettings& settings, const std::string& file) {
 }  // namespace
 
 const char* settings_help() {
-  return "Keys of --set and of a profile file (TOML; base = \"x86\" | \"headset\" first):\n"
+  return "Keys of --set and of a profile file (TOML; base = \"x86\" | \"headset\" | \"paper\" first):\n"
          "  map.blocks_capacity map.voxel_size_m map.truncation_m map.free_blocks_min depth.max_m\n"
          "  relocalize.keyframes threads bodies memory.max_mib trace.records\n"
+         "  sensor.mode = WIDTHxHEIGHT@HZ (of a live source that names none)\n"
          "  labels.source = auto | network | truth | off      labels.class_map = FILE.toml\n"
          "  light.toward = X,Y,Z (world, y up; else the light is estimated from the video)\n"
          "  labels.crf = on | off      labels.keyframes = every | adaptive\n"
@@ -186,10 +199,10 @@ const char* settings_help() {
 rt::Result<RunSettings> read_settings(const std::string& profile, std::span<const std::string> settings) {
   RunSettings result;
   result.profile_name = profile;
-  if (profile == "headset") {
-    result.profile = headset_profile();
-  } else if (profile != "x86") {
-    if (auto read = apply_file(result, profile); !read) return read.error();
+  if (const auto known = built_in(profile)) {
+    result.profile = *known;
+  } else if (auto read = apply_file(result, profile); !read) {
+    return read.error();
   }
   for (const std::string& setting : settings) {
     const auto equals = setting.find('=');

@@ -1,4 +1,4 @@
-// What a device may use: the two built-in profiles side by side. A TOML file or --set key=value changes
+// What a device may use: the built-in profiles side by side. A TOML file or --set key=value changes
 // single values (firmware_host/profile_file.hpp).
 #pragma once
 
@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <string_view>
 
+#include "hal/live_camera.hpp"
 #include "pipeline/contact/world.hpp"
 #include "pipeline/interact/game.hpp"
 #include "pipeline/map/refine_labels.hpp"
@@ -26,6 +27,8 @@ struct Profile {
   std::size_t network_bytes = std::size_t{48} << 20;  // taken only when a network is loaded
   std::size_t trace_records_count = 6144;  // per thread, 40 bytes each: the last 40 s of a 30 Hz session
   std::size_t memory_bytes_max = std::size_t{96} << 20;  // of the plan, without the network
+  hal::ModeRequest sensor_mode;   // asked of a live sensor whose source names none; 0: its own choice
+  bool needs_registered = false;  // a live sensor with colour of its own delivers depth in it, or is refused
 };
 
 /// A desktop or laptop with recorded sensor dumps.
@@ -41,6 +44,16 @@ constexpr Profile headset_profile() {
   p.refine = map::RefineConfig::for_cells(8192);
   p.trace_records_count = 4096;
   p.memory_bytes_max = std::size_t{64} << 20;
+  return p;
+}
+
+/// The paper's sensor mode, 960x540 at 30 Hz with registered depth: 107.1 MiB with the CRF's whole region (`tactus plan`).
+constexpr Profile paper_profile() {
+  Profile p;
+  p.name = "paper";
+  p.sensor_mode = {960, 540, 30};
+  p.needs_registered = true;
+  p.memory_bytes_max = std::size_t{108} << 20;
   return p;
 }
 
