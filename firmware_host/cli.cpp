@@ -35,8 +35,8 @@ void add_frames(CLI::App& app, FrameRange& range) {
 void add_json(CLI::App& app, bool& is_json) { app.add_flag("--json", is_json, "Print JSON instead of text"); }
 
 void add_profile(CLI::App& app, std::string& profile, std::vector<std::string>& settings) {
-  app.add_option("--profile", profile, "Sizes and budgets of the device: x86, headset or a TOML file")
-      ->type_name("x86|headset|FILE.toml")
+  app.add_option("--profile", profile, "Sizes and budgets of the device: x86, headset, paper (960x540@30 with registered depth) or a TOML file")
+      ->type_name("x86|headset|paper|FILE.toml")
       ->capture_default_str();
   app.add_option("--set", settings, "Overrides one value of the profile; may be repeated")
       ->type_name("KEY=VALUE")
@@ -337,18 +337,49 @@ void add_study_plausibility(CLI::App& study, const PipelineCommands& pipeline, S
   app->callback([&command, &o, run = pipeline.study_plausibility] { command = [&o, run] { return run(o); }; });
 }
 
+void add_record(CLI::App& root, const PipelineCommands& pipeline, RecordOptions& o, Command& command) {
+  CLI::App* app = root.add_subcommand("record", "Write what a source delivers into one file, as it comes (Ctrl-C ends it)");
+  app->footer(source_help());
+  app->add_option("SOURCE", o.source, "Where frames come from (below)")->required()->type_name("");
+  app->add_option("--out", o.out, "The file; it must not exist")->required()->type_name("FILE.tac");
+  app->add_option("--seconds", o.seconds, "End after so long, on the device's clock")
+      ->type_name("S")
+      ->check(CLI::PositiveNumber);
+  app->add_option("--color", o.color, "Colour as the device gives it, without loss, or as JPEG, a tenth of the size")
+      ->check(CLI::IsMember({"as-came", "jpeg"}))
+      ->capture_default_str();
+  app->add_option("--quality", o.jpeg_quality, "Of JPEG")
+      ->type_name("N")
+      ->check(CLI::Range(1, 100))
+      ->capture_default_str();
+  add_frames(*app, o.frames);
+  add_json(*app, o.is_json);
+  app->callback([&] { command = [&] { return pipeline.record(o); }; });
+}
+
+void add_devices(CLI::App& root, const PipelineCommands& pipeline, DevicesOptions& o, Command& command) {
+  CLI::App* app =
+      root.add_subcommand("devices", "List the cameras that each backend sees, with their formats, or why it sees none");
+  add_json(*app, o.is_json);
+  app->callback([&] { command = [&] { return pipeline.devices(o); }; });
+}
+
 void add_convert(CLI::App& root, ConvertOptions& o, Command& command) {
   CLI::App* app = root.add_subcommand(
-      "convert", "Write a source as a recording folder, with poses and labels where known");
-  app->footer(source_help());
+      "convert", "Write a source as another kind of recording, with poses and labels where known");
+  app->footer(
+      "Depth keeps every value, but in 7-Scenes layout and .oni where its unit is not 1 mm (.oni: or 0.1 mm). .oni keeps no\n"
+      "poses, labels, distortion or pose between the cameras.\n" +
+      std::string(source_help()));
   app->add_option("IN", o.source, "What to read (SOURCE, below)")->required()->type_name("");
-  app->add_option("OUT", o.out, "New or empty folder")->required()->type_name("");
-  app->add_option("--layout", o.layout, "Layout of the folder")
-      ->check(CLI::IsMember({"tum", "7scenes"}))
-      ->capture_default_str();
-  app->add_option("--color", o.color, "Encoding of colour images")
-      ->check(CLI::IsMember({"jpeg", "png"}))
-      ->capture_default_str();
+  app->add_option("OUT", o.out, "A file that does not exist (.tac, .oni), or a new or empty folder")
+      ->required()
+      ->type_name("");
+  app->add_option("--layout", o.layout, "Kind of recording (default: by OUT's ending, else tum)")
+      ->check(CLI::IsMember({"tum", "7scenes", "tac", "oni"}));
+  app->add_option("--color", o.color,
+                  "Encoding of colour: jpeg (default) or png in folders, as-came (default, no loss) or jpeg in .tac")
+      ->check(CLI::IsMember({"jpeg", "png", "as-came"}));
   app->add_flag_callback(
       "--no-labels", [&o] { o.has_labels = false; }, "Leave the label images out");
   add_frames(*app, o.frames);
@@ -442,6 +473,8 @@ int run_command_line(int argc, const char* const* argv, const PipelineCommands& 
   StudyPlausibilityOptions study_plausibility_options;
   ConvertOptions convert_options;
   InfoOptions info_options;
+  RecordOptions record_options;
+  DevicesOptions devices_options;
   QueryOptions query_options;
   PlanOptions plan_options;
   WiringOptions wiring_options;
@@ -459,6 +492,9 @@ int run_command_line(int argc, const char* const* argv, const PipelineCommands& 
     if (pipeline.study_plausibility)
       add_study_plausibility(*study, pipeline, study_plausibility_options, command);
   }
+  convert_options.command = record_options.command = run_options.command;
+  if (pipeline.devices) add_devices(root, pipeline, devices_options, command);
+  if (pipeline.record) add_record(root, pipeline, record_options, command);
   add_convert(root, convert_options, command);
   add_info(root, info_options, command);
   if (pipeline.query) add_query(root, pipeline, query_options, command);

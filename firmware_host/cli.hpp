@@ -21,6 +21,8 @@ struct PipelineCommands {
   std::function<rt::Result<std::string>(const StudyFormOptions&)> study_form;
   std::function<rt::Result<std::string>(const StudyClipsOptions&)> study_clips;
   std::function<rt::Result<std::string>(const StudyPlausibilityOptions&)> study_plausibility;
+  std::function<rt::Result<std::string>(const RecordOptions&)> record;
+  std::function<rt::Result<std::string>(const DevicesOptions&)> devices;
   std::function<rt::Result<std::string>(const QueryOptions&)> query;
   std::function<rt::Result<std::string>(const PlanOptions&)> plan;
   std::function<rt::Result<std::string>(const WiringOptions&)> wiring;

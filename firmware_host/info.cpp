@@ -6,6 +6,7 @@
 #include "firmware_host/registration_check.hpp"
 #include "firmware_host/stream_survey.hpp"
 #include "firmware_host/summary.hpp"
+#include "hal/record/tac.hpp"
 
 namespace tactus::firmware {
 namespace {
@@ -100,6 +101,42 @@ nlohmann::json pairing_json(const Pairing& p) {
           {"skew_ms_histogram", histogram}};
 }
 
+/// Of a file or of all files in a folder; 0 when it is neither.
+std::uint64_t bytes_of(const std::string& source) {
+  std::error_code error;
+  if (std::filesystem::is_regular_file(source, error)) return std::filesystem::file_size(source, error);
+  if (!std::filesystem::is_directory(source, error)) return 0;
+  std::uint64_t bytes = 0;
+  for (std::filesystem::recursive_directory_iterator at(source, error), end; !error && at != end; at.increment(error))
+    if (at->is_regular_file(error)) bytes += at->file_size(error);
+  return bytes;
+}
+
+std::string facts_text(const hal::record::TacFacts& facts) {
+  char line[320];
+  std::string text;
+  for (const auto& [name, s] : {std::pair{"depth", &facts.streams[0]}, std::pair{"colour", &facts.streams[1]}}) {
+    if (s->frames == 0) continue;
+    std::snprintf(line, sizeof(line), "%-12s %s stored at 1 : %.2f of what the device gave; %llu dropped by the recorder\n",
+                  "", name, s->ratio(), static_cast<unsigned long long>(s->dropped + s->refused));
+    text += line;
+  }
+  for (const auto& [key, value] : facts.info.entries) text += "             " + key + ": " + value + "\n";
+  return text;
+}
+
+nlohmann::json facts_json(const hal::record::TacFacts& facts) {
+  const auto stream = [](const hal::record::TacFacts::OfStream& s) {
+    return nlohmann::json{{"frames", s.frames},         {"raw_bytes", s.raw_bytes}, {"stored_bytes", s.stored_bytes},
+                          {"compression", s.ratio()},   {"dropped", s.dropped},     {"refused", s.refused},
+                          {"frames_missing", s.missing}};
+  };
+  nlohmann::json info = nlohmann::json::object();
+  for (const auto& [key, value] : facts.info.entries) info[key] = value;
+  return {{"depth", stream(facts.streams[0])}, {"color", stream(facts.streams[1])}, {"cut_off", facts.is_cut_off},
+          {"damaged_bytes", facts.damaged_bytes}, {"was_live", facts.was_live},     {"info", info}};
+}
+
 std::string registration_text(const RegistrationReport& r, const InfoOptions& options) {
   if (options.is_json)
     return to_text(nlohmann::json{{"source", options.source},
@@ -139,9 +176,10 @@ rt::Result<std::string> info(const InfoOptions& options) {
 
   std::optional<Survey> seen;
   if (!options.is_quick) seen = survey(sensor, options.source, options.frames);
-  std::error_code error;
-  const std::uintmax_t file_bytes =
-      std::filesystem::is_regular_file(options.source, error) ? std::filesystem::file_size(options.source, error) : 0;
+  const std::uint64_t file_bytes = bytes_of(options.source);
+  std::optional<hal::record::TacFacts> facts;
+  if (hal::record::is_tac(options.source))
+    if (auto known = hal::record::tac_facts(options.source)) facts = std::move(*known);
   const double truth_s =
       sensor.truth.empty() ? 0 : (sensor.truth.back().time - sensor.truth.front().time).seconds();
 
@@ -170,6 +208,7 @@ rt::Result<std::string> info(const InfoOptions& options) {
       j["color"]["stream"] = stream_json(*seen->color);
       j["pairing"] = pairing_json(seen->pairing);
     }
+    if (facts) j["recording"] = facts_json(*facts);
     if (file_bytes > 0) j["file_bytes"] = file_bytes;
     if (file_bytes > 0 && seen) j["pixel_bytes"] = seen->pixel_bytes;
     return to_text(j);
@@ -223,7 +262,7 @@ rt::Result<std::string> info(const InfoOptions& options) {
     text += "gravity      unknown\n";
   }
   if (file_bytes > 0) {
-    std::snprintf(line, sizeof(line), "%-12s %.1f MB", "file", static_cast<double>(file_bytes) / 1e6);
+    std::snprintf(line, sizeof(line), "%-12s %.1f MB", "size", static_cast<double>(file_bytes) / 1e6);
     text += line;
     if (seen) {
       std::snprintf(line, sizeof(line), ", 1 : %.2f of its pixels", static_cast<double>(seen->pixel_bytes) / static_cast<double>(file_bytes));
@@ -231,6 +270,7 @@ rt::Result<std::string> info(const InfoOptions& options) {
     }
     text += "\n";
   }
+  if (facts) text += facts_text(*facts);
   for (const std::string& note : sensor.notes) text += "note: " + note + "\n";
   return text;
 }

@@ -2,9 +2,11 @@
 
 #include "firmware_host/bench.hpp"
 #include "firmware_host/cli.hpp"
+#include "firmware_host/devices.hpp"
 #include "firmware_host/label_command.hpp"
 #include "firmware_host/plan.hpp"
 #include "firmware_host/query.hpp"
+#include "firmware_host/record.hpp"
 #include "firmware_host/run.hpp"
 #include "firmware_host/study.hpp"
 #include "firmware_host/wiring.hpp"
@@ -20,6 +22,8 @@ int main(int argc, char** argv) {
   pipeline.study_form = tactus::firmware::study_form;
   pipeline.study_clips = tactus::firmware::study_clips;
   pipeline.study_plausibility = tactus::firmware::study_plausibility;
+  pipeline.record = tactus::firmware::record;
+  pipeline.devices = tactus::firmware::devices;
   pipeline.query = tactus::firmware::query;
   pipeline.plan = tactus::firmware::plan;
   pipeline.wiring = tactus::firmware::wiring;

@@ -16,7 +16,7 @@ struct RunOptions {
   std::string source;
   std::filesystem::path out;           // empty: no files are written
   std::string runner = "realtime";     // realtime | lockstep
-  std::string profile = "x86";         // x86 | headset | FILE.toml
+  std::string profile = "x86";         // x86 | headset | paper | FILE.toml
   std::vector<std::string> settings;   // key=value, later ones win
   std::filesystem::path model;         // .tflite, "builtin" or "none"; empty: chosen by the source
   std::filesystem::path materials;     // .toml; empty: the built-in table
@@ -130,9 +130,27 @@ struct ConvertOptions {
   std::string source;
   std::filesystem::path out;
   FrameRange frames;
-  std::string layout = "tum";  // tum | 7scenes
-  std::string color = "jpeg";  // jpeg | png
+  std::string layout;          // tum | 7scenes | tac | oni; empty: by the ending of `out`, else tum
+  std::string color;           // folders: jpeg | png, tac: as-came | jpeg; empty: jpeg, as-came
   bool has_labels = true;
+  std::string command;         // the whole command line, for the file
+};
+
+/// `tactus record`.
+struct RecordOptions {
+  std::string source;
+  std::filesystem::path out;
+  FrameRange frames;
+  double seconds = 0;             // on the device's clock; 0: until the source ends or SIGINT
+  std::string color = "as-came";  // as-came | jpeg
+  int jpeg_quality = 95;
+  bool is_json = false;
+  std::string command;            // the whole command line, for the file
+};
+
+/// `tactus devices`.
+struct DevicesOptions {
+  bool is_json = false;
 };
 
 /// `tactus info`.
