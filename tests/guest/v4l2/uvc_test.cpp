@@ -37,7 +37,7 @@ TEST(Uvc, DepthComesInZ16WithTimesFromTheCamerasMetadata) {
       EXPECT_GT(header.time, before.time);
     }
     EXPECT_LE(header.time.ns, header.arrived.ns);
-    EXPECT_GT(header.time.ns, header.arrived.ns - 1'000'000'000);
+    EXPECT_GT(header.time.ns, header.arrived.ns - kPatience.ns) << "of this clock, however slow the machine";
     before = header;
   }
   EXPECT_GT(camera->camera->counters().frames_delivered, 4U);
