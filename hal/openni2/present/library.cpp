@@ -41,8 +41,7 @@ rt::Result<Library*> Library::get() {
         return;
       }
       OniDeviceCallbacks callbacks{[](const OniDeviceInfo*, void*) {}, &Library::on_disconnected, &Library::on_state};
-      OniCallbackHandle handle = nullptr;
-      (void)oniRegisterDeviceCallbacks(&callbacks, library, &handle);
+      (void)oniRegisterDeviceCallbacks(&callbacks, library, &library->callbacks_);
     });
     if (status != ONI_STATUS_OK)
       return rt::Error{rt::ExitCode::device_unavailable,

@@ -84,6 +84,7 @@ class Library {
   Task* first_task_ = nullptr;
   Task* last_task_ = nullptr;
   std::atomic<bool> is_parked_{false};
+  OniCallbackHandle callbacks_ = nullptr;  // never given back
 
   // The library's thread's:
   std::vector<StreamTaker*> takers_;

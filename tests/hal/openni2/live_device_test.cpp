@@ -83,12 +83,14 @@ std::int64_t whole_us(rt::SensorTime time) { return time.ns / 1000 * 1000; }
 
 TEST(OpenNi2Device, Frames_AreTheSourcesOwn) {
   set_driver(kSource, "1", false);
+  const std::uint64_t last_number = reference().depth.rbegin()->first;
   Sensor sut = opened();
   EXPECT_TRUE(sut.is_live);
   EXPECT_GT(sut.buffers_bytes, 0U);
   Reader reader(sut);
   std::uint64_t depth_count = 0, color_count = 0, first = 0, last = 0;
-  while (reader.depth(kShort) == rt::Status::ok) {
+  while (last < last_number) {
+    ASSERT_EQ(reader.depth(kPatience), rt::Status::ok);
     const std::uint64_t number = reader.depth_header.sequence;
     ASSERT_TRUE(reference().depth.contains(number)) << number;
     const TakenDepth& own = reference().depth.at(number);

@@ -81,7 +81,7 @@ TEST(OniIndex, NoFileOrNoRecording_IsRefused) {
 TEST(OniIndex, CutAnywhere_IsSaidOrPlayedToThere) {
   const std::string whole = written(2, 2);
   std::size_t played_count = 0;
-  for (std::size_t bytes = kFileHeaderBytes; bytes < whole.size(); bytes += bytes % 97 == 0 ? 61 : 13) {
+  for (std::size_t bytes = kFileHeaderBytes; bytes < whole.size(); bytes += bytes % 97 == 0 ? 61U : 13U) {
     const auto index = index_of(std::string_view(whole).substr(0, bytes));
     if (!index) {
       EXPECT_EQ(index.error().code, rt::ExitCode::bad_input);
