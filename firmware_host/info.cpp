@@ -187,6 +187,7 @@ rt::Result<std::string> info(const InfoOptions& options) {
     nlohmann::json j = {
         {"source", options.source},
         {"description", sensor.description},
+        {"live", sensor.is_live},
         {"frame_rate_hz", sensor.frame_rate_hz},
         {"frames", sensor.frames_count},
         {"depth", {{"intrinsics", intrinsics_json(rig.depth)}, {"m_per_unit", rig.depth_m_per_unit}}},
@@ -216,8 +217,11 @@ rt::Result<std::string> info(const InfoOptions& options) {
 
   char line[240];
   std::string text = sensor.description + "\n";
-  std::snprintf(line, sizeof(line), "%-12s %llu at %g Hz (nominal)\n", "frames",
-                static_cast<unsigned long long>(sensor.frames_count), sensor.frame_rate_hz);
+  if (sensor.is_live)
+    std::snprintf(line, sizeof(line), "%-12s of a device, at %g Hz (nominal)\n", "frames", sensor.frame_rate_hz);
+  else
+    std::snprintf(line, sizeof(line), "%-12s %llu at %g Hz (nominal)\n", "frames",
+                  static_cast<unsigned long long>(sensor.frames_count), sensor.frame_rate_hz);
   text += line;
   text += intrinsics_text("depth", rig.depth);
   if (seen) text += stream_text("", seen->depth);

@@ -4,7 +4,10 @@
 #include <string>
 #include <vector>
 
+#include "firmware_host/plan.hpp"
+#include "firmware_host/plan_whole.hpp"
 #include "firmware_host/run_settings.hpp"
+#include "hal/synthetic/options.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tactus::firmware {
@@ -72,6 +75,51 @@ TEST(KeyframeSettings, WrongOnesAreOneSentence) {
             "--set: keyframe.gap_min_frames takes a number from 1 to 1000, not '0'.");
   EXPECT_NE(message_of("keyframe.often=1").find("keyframe.new_share"), std::string::npos)
       << "known keys are named";
+}
+
+TEST(Profiles, PaperAsksForThePapersMode) {
+  const auto settings = read_settings("paper", {});
+  ASSERT_TRUE(settings) << settings.error().message;
+  EXPECT_EQ(settings->profile.sensor_mode.width, 960);
+  EXPECT_EQ(settings->profile.sensor_mode.height, 540);
+  EXPECT_EQ(settings->profile.sensor_mode.frame_rate_hz, 30);
+  EXPECT_TRUE(settings->profile.needs_registered);
+  for (const char* other : {"x86", "headset"}) {
+    EXPECT_EQ(read_settings(other, {})->profile.sensor_mode.width, 0) << other;
+    EXPECT_FALSE(read_settings(other, {})->profile.needs_registered) << other;
+  }
+}
+
+TEST(Profiles, PaperFitsIntoItsLimitWithTheWholeRegion) {
+  tactus::firmware::PlanOptions options;
+  options.profile = "paper";
+  const auto text = plan(options);
+  ASSERT_TRUE(text) << text.error().message;
+  EXPECT_NE(text->find("Profile paper at 960x540"), std::string::npos) << *text;
+  hal::synthetic::SyntheticOptions wide;
+  wide.mode = hal::synthetic::Mode::wide_960x540;
+  Profile unlimited = paper_profile();
+  unlimited.memory_bytes_max = std::size_t{1} << 30;
+  for (const bool is_registered : {true, false}) {
+    wide.is_registered = is_registered;
+    const hal::RigCalibration rig = hal::synthetic::calibration_of(wide);
+    EXPECT_EQ(plan_whole_program(paper_profile(), rig).without_network_bytes(),
+              plan_whole_program(unlimited, rig).without_network_bytes());
+  }
+}
+
+TEST(Profiles, FilesBeginWithAnyBuiltInAndSetTheMode) {
+  const test::TemporaryFolder folder;
+  const std::string file =
+      folder.write("p.toml", "base = \"paper\"\n[sensor]\nmode = \"640x480@15\"\n").string();
+  const auto settings = read_settings(file, {});
+  ASSERT_TRUE(settings) << settings.error().message;
+  EXPECT_TRUE(settings->profile.needs_registered);
+  EXPECT_EQ(settings->profile.sensor_mode.width, 640);
+  EXPECT_EQ(settings->profile.sensor_mode.frame_rate_hz, 15);
+  EXPECT_FALSE(read_settings("x86", std::vector<std::string>{"sensor.mode=wide"}));
+  const std::string wrong = folder.write("w.toml", "base = \"phone\"\n").string();
+  EXPECT_NE(read_settings(wrong, {}).error().message.find("paper"), std::string::npos);
 }
 
 }  // namespace
