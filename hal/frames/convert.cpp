@@ -102,7 +102,8 @@ rt::Status to_rgb(const RawFrame& frame, std::span<std::uint8_t> rgb) {
   TACTUS_ASSERT(rgb.size() == 3 * width * height);
   if (frame.format == PixelFormat::mjpeg) {
     const std::string_view bytes(reinterpret_cast<const char*>(frame.bytes.data()), frame.bytes.size());
-    return decode_jpeg(bytes, frame.width, frame.height, rgb).empty() ? rt::Status::ok : rt::Status::corrupt;
+    const bool is_good = decode_jpeg(bytes, frame.width, frame.height, rgb, StrayBytes::ignored).empty();
+    return is_good ? rt::Status::ok : rt::Status::corrupt;
   }
   for (std::size_t y = 0; y < height; ++y) {
     const std::uint8_t* row = frame.bytes.data() + y * frame.row_bytes;

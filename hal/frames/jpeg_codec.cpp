@@ -6,6 +6,7 @@
 // jpeglib.h uses size_t and FILE and includes neither: it stays below them.
 // clang-format off
 #include <jpeglib.h>
+#include <jerror.h>
 // clang-format on
 
 #include <array>
@@ -22,6 +23,7 @@ struct Context {
   jpeg_progress_mgr progress{};
   std::jmp_buf jump;
   std::array<char, JMSG_LENGTH_MAX> message{};
+  StrayBytes stray = StrayBytes::refused;
 };
 
 [[noreturn]] void on_error(j_common_ptr info) {
@@ -32,7 +34,11 @@ struct Context {
 
 /// A warning (level -1: data damaged or short) is an error here; levels 0 and up are chatter.
 void on_message(j_common_ptr info, int level) {
-  if (level < 0) on_error(info);
+  if (level >= 0) return;
+  constexpr int kEndMark = 0xD9;
+  const bool is_stray = info->err->msg_code == JWRN_EXTRANEOUS_DATA && info->err->msg_parm.i[1] == kEndMark;
+  if (is_stray && reinterpret_cast<Context*>(info->err)->stray == StrayBytes::ignored) return;
+  on_error(info);
 }
 
 /// A progressive file may repeat scans without end, each as slow as the first; real ones have about ten.
@@ -104,10 +110,11 @@ bool encode_rows(Context& context, jpeg_compress_struct& info, unsigned char** b
 
 }  // namespace
 
-std::string decode_jpeg(std::string_view bytes, int width, int height, std::span<std::uint8_t> rgb) {
+std::string decode_jpeg(std::string_view bytes, int width, int height, std::span<std::uint8_t> rgb, StrayBytes stray) {
   TACTUS_ASSERT(rgb.size() == 3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   Context context;
   set_up(context);
+  context.stray = stray;
   jpeg_decompress_struct info{};
   info.err = &context.errors;
   const bool decoded =

@@ -166,6 +166,14 @@ TEST(Convert, MjpegGivesWhatTheDecoderGivesAndRefusesDamage) {
   ASSERT_EQ(decode_jpeg({reinterpret_cast<const char*>(jpeg.data()), jpeg.size()}, kWidth, kHeight, expected), "");
   EXPECT_EQ(to_rgb(frame_of(PixelFormat::mjpeg, kWidth, kHeight, 0, jpeg), rgb), rt::Status::ok);
   EXPECT_EQ(rgb, expected);
+  // Webcams put bytes of no meaning before the end mark.
+  std::vector<std::uint8_t> webcam(jpeg.begin(), jpeg.end() - 2);
+  webcam.insert(webcam.end(), {0x00, 0x12, 0x34, 0x56, 0xFF, 0xD9});
+  std::vector<std::uint8_t> from_webcam(rgb.size());
+  EXPECT_EQ(to_rgb(frame_of(PixelFormat::mjpeg, kWidth, kHeight, 0, webcam), from_webcam), rt::Status::ok);
+  EXPECT_EQ(from_webcam, rgb);
+  EXPECT_NE(decode_jpeg({reinterpret_cast<const char*>(webcam.data()), webcam.size()}, kWidth, kHeight, expected), "")
+      << "in a file they are damage";
   EXPECT_FALSE(is_whole(frame_of(PixelFormat::mjpeg, kWidth, kHeight, 0, {})));
   jpeg.resize(jpeg.size() / 2);
   EXPECT_EQ(to_rgb(frame_of(PixelFormat::mjpeg, kWidth, kHeight, 0, jpeg), rgb), rt::Status::corrupt);
