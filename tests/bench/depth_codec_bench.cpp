@@ -3,7 +3,8 @@
 //   depth_codec_bench [--frames N]
 //
 // Images: the synthetic rooms with a Kinect's noise, and the recordings in ../shared/data (TACTUS_SHARED_DATA) where they
-// are. Every way is checked to give back the same bits. Times are of one thread, processor time, every image once.
+// are. Every way is checked to give back the same bits. Times are of one thread, processor time, every image once. Then the
+// whole recorder: what take() costs the thread that reads the cameras, and what the rest costs in processor time.
 #include <lz4.h>
 #include <zstd.h>
 
@@ -18,11 +19,14 @@
 #include <vector>
 
 #include "hal/record/crc32c.hpp"
+#include "hal/frames/convert.hpp"
 #include "hal/record/packer.hpp"
+#include "hal/record/tac_writer.hpp"
 #include "hal/replay/replay.hpp"
 #include "hal/synthetic/synthetic.hpp"
 #include "tests/bench/depth_codec_peers.hpp"
 #include "tests/support/shared_data.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace tactus::bench {
 namespace {
@@ -30,9 +34,9 @@ namespace {
 using Image = std::vector<std::uint16_t>;
 using Bytes = std::vector<std::uint8_t>;
 
-double now_ms() {
+double now_ms(clockid_t clock = CLOCK_THREAD_CPUTIME_ID) {
   timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);  // what other work takes away does not count
+  clock_gettime(clock, &now);  // what other work takes away does not count
   return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
 }
 
@@ -159,6 +163,42 @@ std::vector<Codec> codecs(int width, int height) {
   return out;
 }
 
+/// Depth alone, then depth and colour, as two cameras at 30 Hz would give them, without the waiting.
+void record(const hal::Sensor& sensor, const std::vector<Image>& images, const std::vector<Bytes>& colors) {
+  const hal::Intrinsics &k = sensor.calibration.depth, &c = sensor.calibration.color;
+  const test::TemporaryFolder folder;
+  for (const bool with_color : {false, true}) {
+    if (with_color && colors.empty()) continue;
+    const auto path = folder.path() / (with_color ? "both.tac" : "depth.tac");
+    auto writer = hal::record::TacWriter::create(path, sensor, {}, {.waits_when_full = true});
+    if (!writer) {
+      std::printf("  recorder: %s\n", writer.error().message.c_str());
+      return;
+    }
+    std::vector<double> take_us;
+    const double begin = now_ms(CLOCK_PROCESS_CPUTIME_ID);
+    for (std::size_t i = 0; i < images.size(); ++i) {
+      const hal::FrameHeader header{{static_cast<std::int64_t>(i) * 33'333'333 + 1}, i, {1}};
+      const double taken = now_ms();
+      (*writer)->take(hal::Stream::depth, hal::frames::raw_frame(images[i], header, k.width, k.height));
+      take_us.push_back(1e3 * (now_ms() - taken));
+      if (with_color)
+        (*writer)->take(hal::Stream::color,
+                        hal::frames::raw_frame(colors[i % colors.size()], header, c.width, c.height));
+    }
+    const std::size_t buffers_bytes = (*writer)->buffers_bytes();
+    if (const auto closed = (*writer)->close(); !closed) std::printf("  recorder: %s\n", closed.error().message.c_str());
+    const double frame_ms = (now_ms(CLOCK_PROCESS_CPUTIME_ID) - begin) / static_cast<double>(images.size());
+    const double frame_bytes =
+        static_cast<double>(std::filesystem::file_size(path)) / static_cast<double>(images.size());
+    const double take = middle(take_us);
+    std::printf("  recorder, %-16s %.2f ms a frame of all threads (%.1f %% of one core at %d Hz), take() %.0f us,\n"
+                "  %.1f MB a minute at 30 Hz, %.1f MB of memory\n",
+                with_color ? "depth and RGB:" : "depth alone:", frame_ms, (with_color ? 30 : 60) * frame_ms / 10,
+                with_color ? 30 : 60, take, frame_bytes * 1800 / 1e6, static_cast<double>(buffers_bytes) / 1e6);
+  }
+}
+
 void compare(const char* name, rt::Result<hal::Sensor> sensor, std::size_t frames_count) {
   if (!sensor) {
     std::printf("%s: left out (%s)\n", name, sensor.error().message.c_str());
@@ -166,12 +206,17 @@ void compare(const char* name, rt::Result<hal::Sensor> sensor, std::size_t frame
   }
   const hal::Intrinsics& k = sensor->calibration.depth;
   std::vector<Image> images;
+  std::vector<Bytes> colors;
   std::set<std::size_t> distinct;
   for (hal::FrameHeader header; images.size() < frames_count;) {
     Image image(static_cast<std::size_t>(k.width) * static_cast<std::size_t>(k.height));
     if (sensor->depth->read(image, header, {}) != rt::Status::ok) break;
     distinct.insert(std::set<std::uint16_t>(image.begin(), image.end()).size());
     images.push_back(std::move(image));
+    if (!sensor->color || colors.size() >= 10) continue;
+    Bytes color(static_cast<std::size_t>(sensor->calibration.color.width) *
+                static_cast<std::size_t>(sensor->calibration.color.height) * 3);
+    if (sensor->color->read(color, header, {}) == rt::Status::ok) colors.push_back(std::move(color));
   }
   if (images.empty()) return;
   std::printf("%s: %zu frames of %dx%d, %zu to %zu distinct values each\n", name, images.size(), k.width, k.height,
@@ -187,6 +232,7 @@ void compare(const char* name, rt::Result<hal::Sensor> sensor, std::size_t frame
   const auto count = static_cast<double>(images.size());
   std::printf("  checksum of the raw image: %.3f ms, by tables %.3f ms%s\n", by_processor / count,
               (now_ms() - begin) / count, sum == 0 ? "" : ", and they differ");
+  record(*sensor, images, colors);
 }
 
 int run(std::size_t frames_count) {

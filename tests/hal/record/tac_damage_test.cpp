@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <random>
 
 #include "hal/record/chunk.hpp"
@@ -43,11 +44,16 @@ class DamagedTac : public testing::Test {
   std::vector<IndexEntry> entries_;
 };
 
-/// The proof that nothing before the last whole chunk is lost: every length that a file can have been cut to.
+/// Nothing before the last whole chunk is lost: every length around the chunks' headers and ends that a file can have been
+/// cut to, and every 13th within their payloads.
 TEST_F(DamagedTac, CutOffAnywhereItPlaysUpToTheLastWholeChunk) {
   const std::uint64_t first_frame_end =
       depth_entry(0).offset + kChunkHeaderBytes + depth_entry(0).header.payload_bytes;
   for (std::size_t bytes = whole_.size(); bytes-- > 0;) {
+    const bool is_near = std::any_of(entries_.begin(), entries_.end(), [&](const IndexEntry& entry) {
+      return bytes + 4 >= entry.offset && bytes <= entry.offset + kChunkHeaderBytes + 4;
+    });
+    if (!is_near && bytes % 13 != 0) continue;
     ASSERT_EQ(truncate(path().c_str(), static_cast<off_t>(bytes)), 0);
     auto sensor = open_tac(path(), {});
     ASSERT_EQ(sensor.has_value(), bytes >= first_frame_end) << bytes << " bytes";
@@ -65,7 +71,7 @@ TEST_F(DamagedTac, CutOffAnywhereItPlaysUpToTheLastWholeChunk) {
     EXPECT_EQ(sensor->frames_count, expected[0]);
     ASSERT_EQ(sensor->notes.empty(), false) << "a person is told";
     EXPECT_NE(sensor->notes[0].find("cut off"), std::string::npos) << sensor->notes[0];
-    if (bytes % 97 != 0 && bytes < whole_.size() - 200) continue;  // reading all of all would take a minute
+    if (bytes % 97 != 0) continue;  // the rest of the proof takes a minute when done for all of them
     const Played played = play(*sensor);
     ASSERT_EQ(played.raw[0].size(), expected[0]) << bytes << " bytes";
     ASSERT_EQ(played.raw[1].size(), expected[1]) << bytes << " bytes";
@@ -80,7 +86,7 @@ TEST_F(DamagedTac, ADamagedFrameIsRejectedAndTheNextOnePlays) {
   const IndexEntry& victim = depth_entry(2);
   const auto chunk_bytes = static_cast<std::size_t>(kChunkHeaderBytes + victim.header.payload_bytes);
   for (const bool has_index : {true, false})
-    for (std::size_t i = 0; i < chunk_bytes; i += i < kChunkHeaderBytes ? 1 : 11) {
+    for (std::size_t i = 0; i < chunk_bytes; i += i < kChunkHeaderBytes ? 1 : 31) {
       std::string bytes = has_index ? whole_ : without_index();
       const auto at = static_cast<std::size_t>(victim.offset) + i;
       bytes[at] = static_cast<char>(bytes[at] ^ 0x40);
@@ -109,7 +115,7 @@ TEST_F(DamagedTac, ADamagedFrameIsRejectedAndTheNextOnePlays) {
 
 TEST_F(DamagedTac, ADamagedIndexOrEndIsReplacedByTheChunksThemselves) {
   const std::size_t frames_end = without_index().size();
-  for (std::size_t at = frames_end; at < whole_.size(); at += 3) {
+  for (std::size_t at = frames_end; at < whole_.size(); at += 13) {
     std::string bytes = whole_;
     bytes[at] = static_cast<char>(bytes[at] ^ 1);
     auto sensor = open_tac(write(bytes), {});
@@ -144,7 +150,7 @@ TEST_F(DamagedTac, TailsThatNeverReachedTheDiskAreNoError) {
 TEST_F(DamagedTac, AnyBytesTurnedOverGiveASentenceOrFrames) {
   constexpr unsigned kSeed = 31;
   std::mt19937 random(kSeed);
-  for (int round = 0; round < 300; ++round) {
+  for (int round = 0; round < 150; ++round) {
     std::string bytes = whole_;
     for (unsigned k = 0; k < 1 + random() % 6; ++k) bytes[random() % bytes.size()] = static_cast<char>(random());
     auto sensor = open_tac(write(bytes), {});
