@@ -170,8 +170,9 @@ TEST(OpenNi2Device, LateReader_GetsTheNewestAndCountsTheRest) {
   Reader reader(sut);
   ASSERT_EQ(reader.depth(kPatience), rt::Status::ok);
   std::uint64_t gaps = 0, last = reader.depth_header.sequence;
-  for (int i = 0; i < 20 && gaps == 0; ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  // Longer each time: under a sanitizer the source takes long over a frame.
+  for (int pause_ms = 200; pause_ms < 7000 && gaps == 0; pause_ms *= 2) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(pause_ms));
     for (int k = 0; k < 6; ++k) {
       ASSERT_EQ(reader.depth(kPatience), rt::Status::ok);
       ASSERT_GT(reader.depth_header.sequence, last);
