@@ -44,7 +44,8 @@ class Fields {
   /// A name with its terminating zero, on which the library relies; a letter beyond ASCII makes it write before a table.
   std::string_view name() {
     const auto text = block(number<std::uint32_t>());
-    const bool is_ascii = std::all_of(text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x80; });
+    const bool is_ascii =
+        std::all_of(text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x80; });
     if (text.empty() || text.back() != '\0' || !is_ascii) {
       is_short = true;
       return {};
@@ -159,7 +160,8 @@ class Walker {
       at_ = next;
       return {};
     }
-    if (head.node > node_max_) return bad_here("a stream begins that the header does not know; the recording was never finished");
+    if (head.node > node_max_)
+      return bad_here("a stream begins that the header does not know; the recording was never finished");
     Fields fields(fields_);
     rt::Result<void> taken;
     switch (head.type) {
@@ -306,8 +308,10 @@ class Walker {
     entry.time_us = fields.number<std::uint64_t>();
     entry.number = fields.number<std::uint32_t>();
     if (fields.is_short) return {};
-    if (entry.time_us > time_max_us_) return bad_here("a frame is later than the header's last time, so the file is damaged");
-    if (entry.number > n.frames_max) return bad_here("a frame's number is beyond the stream's last, so the file is damaged");
+    if (entry.time_us > time_max_us_)
+      return bad_here("a frame is later than the header's last time, so the file is damaged");
+    if (entry.number > n.frames_max)
+      return bad_here("a frame's number is beyond the stream's last, so the file is damaged");
     if (head.payload_bytes < 4) return bad_here("a frame is empty, so the file is damaged");
     if (!n.stream.frames.empty() && entry.number <= n.stream.frames.back().number)
       return bad_here("a frame's number does not rise, so the file is damaged");

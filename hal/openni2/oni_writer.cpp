@@ -265,7 +265,9 @@ OniWriter::~OniWriter() = default;
 
 rt::Result<OniWriter> OniWriter::open(const std::filesystem::path& file, Sensor& sensor) {
   const RigCalibration& rig = sensor.calibration;
-  const auto pixels = [](const Intrinsics& k) { return static_cast<std::size_t>(k.width) * static_cast<std::size_t>(k.height); };
+  const auto pixels = [](const Intrinsics& k) {
+    return static_cast<std::size_t>(k.width) * static_cast<std::size_t>(k.height);
+  };
   const std::size_t depth_pixels = pixels(rig.depth), color_pixels = sensor.color ? pixels(rig.color) : 0;
   constexpr std::size_t kRecordBytesMax = 200;
   if (std::max(2 * depth_pixels, 3 * color_pixels) + kRecordBytesMax > kOniFrameBytesMax)

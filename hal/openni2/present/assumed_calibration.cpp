@@ -42,7 +42,8 @@ void assume_calibration(const SeenFrom& depth_told, const std::optional<SeenFrom
   // Depth that was registered is seen from where colour is.
   rig.depth = pinhole(rig.registered ? color : depth);
   if (rig.has_color) rig.color = rig.registered ? rig.depth : pinhole(color);
-  notes.push_back(source + ": the calibration is assumed from the field of view; a calibration of this very camera is better");
+  notes.push_back(source +
+                  ": the calibration is assumed from the field of view; a calibration of this very camera is better");
   if (rig.has_color && !rig.registered)
     notes.push_back(source + ": depth and colour are not registered, and the distance between the two cameras is not told; "
                              "none is assumed, so colours lie a few pixels beside their surfaces");

@@ -98,7 +98,8 @@ void Library::pump() {
   OniFrame* frame = nullptr;
   {
     const rt::GuestScope guest;
-    if (oniWaitForAnyStream(streams_.data(), static_cast<int>(streams_.size()), &index, kPumpWait_ms) != ONI_STATUS_OK) return;
+    const int count = static_cast<int>(streams_.size());
+    if (oniWaitForAnyStream(streams_.data(), count, &index, kPumpWait_ms) != ONI_STATUS_OK) return;
   }
   const rt::HostTime arrived = rt::Clock::monotonic().now();
   {

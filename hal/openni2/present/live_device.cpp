@@ -120,7 +120,7 @@ rt::Result<void> LiveDevice::connect(const std::string& uri) {
   return {};
 }
 
-rt::Result<void> LiveDevice::open_stream(OniSensorType sensor, Stream& stream, OniStreamHandle& handle) {
+rt::Result<void> LiveDevice::open_stream(OniSensorType sensor, LiveStream& stream, OniStreamHandle& handle) {
   const char* name = sensor == ONI_SENSOR_DEPTH ? "depth" : "colour";
   if (modes_of(device_, sensor).empty()) return trouble(std::string("the device has no ") + name + " camera");
   if (oniDeviceCreateStream(device_, sensor, &handle) != ONI_STATUS_OK) {
@@ -151,7 +151,7 @@ rt::Result<void> LiveDevice::open_stream(OniSensorType sensor, Stream& stream, O
   return {};
 }
 
-rt::Result<void> LiveDevice::choose(OniSensorType sensor, OniStreamHandle handle, Stream& stream) {
+rt::Result<void> LiveDevice::choose(OniSensorType sensor, OniStreamHandle handle, LiveStream& stream) {
   const bool is_depth = sensor == ONI_SENSOR_DEPTH;
   const auto modes = modes_of(device_, sensor);
   OniVideoMode current{};

@@ -16,15 +16,15 @@
 
 namespace tactus::hal::openni2 {
 
+struct LiveStream {
+  OniVideoMode mode{};
+  PixelFormat format = PixelFormat::depth16;
+  SeenFrom seen;
+  std::unique_ptr<StreamIntake> intake;
+};
+
 class LiveDevice final : public Tended {
  public:
-  struct Stream {
-    OniVideoMode mode{};
-    PixelFormat format = PixelFormat::depth16;
-    SeenFrom seen;
-    std::unique_ptr<StreamIntake> intake;
-  };
-
   /// As open_openni2(). Boot.
   static rt::Result<std::shared_ptr<LiveDevice>> open(const OpenNi2Request& request);
   LiveDevice(const LiveDevice&) = delete;
@@ -38,15 +38,15 @@ class LiveDevice final : public Tended {
   [[nodiscard]] const OniDeviceInfo& info() const { return info_; }
   [[nodiscard]] bool is_registered() const { return is_registered_; }
   [[nodiscard]] bool is_synced() const { return is_synced_; }
-  Stream depth;
-  std::optional<Stream> color;
+  LiveStream depth;
+  std::optional<LiveStream> color;
 
  private:
   LiveDevice(Library& library, const OpenNi2Request& request) : library_(library), request_(request) {}
   rt::Result<void> open_first();
   rt::Result<void> connect(const std::string& uri);
-  rt::Result<void> open_stream(OniSensorType sensor, Stream& stream, OniStreamHandle& handle);
-  rt::Result<void> choose(OniSensorType sensor, OniStreamHandle handle, Stream& stream);
+  rt::Result<void> open_stream(OniSensorType sensor, LiveStream& stream, OniStreamHandle& handle);
+  rt::Result<void> choose(OniSensorType sensor, OniStreamHandle handle, LiveStream& stream);
   void set_registration();
   void start_sync();
   void close();

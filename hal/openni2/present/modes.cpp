@@ -24,7 +24,8 @@ const char* name(OniPixelFormat format) {
 }
 
 bool is_same(const OniVideoMode& a, const OniVideoMode& b) {
-  return a.pixelFormat == b.pixelFormat && a.resolutionX == b.resolutionX && a.resolutionY == b.resolutionY && a.fps == b.fps;
+  return a.pixelFormat == b.pixelFormat && a.resolutionX == b.resolutionX && a.resolutionY == b.resolutionY &&
+         a.fps == b.fps;
 }
 
 }  // namespace

@@ -196,8 +196,9 @@ rt::Result<Sensor> open_oni(const std::filesystem::path& file, const OniOptions&
   }
   const std::uint64_t count = depth.frames.size();
   if (options.first >= std::min(options.last, count))
-    return rt::Error{rt::ExitCode::bad_usage, file.string() + ": no frame is in the range asked for; the recording has frames 0 to " +
-                                                  std::to_string(count - 1) + "."};
+    return rt::Error{rt::ExitCode::bad_usage,
+                     file.string() + ": no frame is in the range asked for; the recording has frames 0 to " +
+                         std::to_string(count - 1) + "."};
   const std::uint64_t last = std::min(options.last, count);
   const auto at = [&](std::uint64_t i) { return depth.frames.begin() + static_cast<std::ptrdiff_t>(i); };
   auto depth_frames = played(at(options.first), at(last));
@@ -215,7 +216,8 @@ rt::Result<Sensor> open_oni(const std::filesystem::path& file, const OniOptions&
     color_seen = SeenFrom{index->color->width, index->color->height, index->color->fov_x_rad, index->color->fov_y_rad};
   assume_calibration(depth_seen, color_seen, depth.sees_from_color, file.string(), rig, sensor.notes);
   if (depth.is_mirrored)
-    sensor.notes.push_back(file.string() + ": the images were recorded mirrored, so left and right of the room are exchanged");
+    sensor.notes.push_back(file.string() +
+                           ": the images were recorded mirrored, so left and right of the room are exchanged");
 
   if (index->cut_at)
     sensor.notes.push_back(file.string() + ": cut off at byte " + std::to_string(*index->cut_at) +
@@ -224,8 +226,9 @@ rt::Result<Sensor> open_oni(const std::filesystem::path& file, const OniOptions&
   sensor.frame_rate_hz = depth.frame_rate_hz > 0 ? depth.frame_rate_hz : 30;
   sensor.description = file.string() + " (OpenNI2, " + std::to_string(sensor.frames_count) + " frames, " +
                        std::to_string(depth.width) + "x" + std::to_string(depth.height) +
-                       (!has_color ? ", depth only" : rig.registered ? ", colour registered" : ", colour with its own camera") +
-                       ")";
+                       (!has_color       ? ", depth only)"
+                        : rig.registered ? ", colour registered)"
+                                         : ", colour with its own camera)");
   auto depth_source = open_source<std::uint16_t>(file, depth, std::move(depth_frames));
   if (!depth_source) return depth_source.error();
   sensor.depth = std::make_unique<OniDepth>(std::move(*depth_source), depth.width, depth.height, options.prefetch);

@@ -16,7 +16,7 @@ namespace {
 template <typename CameraKind, typename Pixel>
 class OpenNi2Camera : public CameraKind {
  public:
-  OpenNi2Camera(std::shared_ptr<LiveDevice> device, const LiveDevice::Stream& stream)
+  OpenNi2Camera(std::shared_ptr<LiveDevice> device, const LiveStream& stream)
       : device_(std::move(device)), stream_(stream), intake_(*stream.intake) {
     counters_.first_rejection.reserve(frames::kSentenceBytes);
   }
@@ -82,7 +82,7 @@ class OpenNi2Camera : public CameraKind {
   }
 
   std::shared_ptr<LiveDevice> device_;
-  const LiveDevice::Stream& stream_;
+  const LiveStream& stream_;
   StreamIntake& intake_;
   CameraCounters counters_;
 
