@@ -100,10 +100,6 @@ std::uint64_t missing_of(const hal::CameraCounters& camera, const IntakeCounts& 
   return intake.gaps > rejected ? intake.gaps - rejected : 0;
 }
 
-std::optional<double> drift_of(const ClockFit& clock) {
-  return clock.is_known() ? std::optional(clock.drift_ppm()) : std::nullopt;
-}
-
 void add_sensor(RunResult& result, const Pipeline& pipeline, const hal::Sensor& sensor) {
   const PipelineCounts& counts = pipeline.counts();
   const hal::CameraCounters& depth = sensor.depth->counters();
@@ -133,8 +129,8 @@ void add_sensor(RunResult& result, const Pipeline& pipeline, const hal::Sensor& 
   s.depths_unpaired = pairing.depths_unpaired();
   s.skew_ms_counts = pairing.skew_ms_counts();
   s.skew_ms = summary_of(pairing.distance());
-  s.depth_drift_ppm = drift_of(pairing.depth_clock());
-  s.color_drift_ppm = drift_of(pairing.color_clock());
+  s.depth_drift_ppm = pairing.depth_clock().drift_ppm();
+  s.color_drift_ppm = pairing.color_clock().drift_ppm();
   s.arrival_to_read_ms = summary_of(pipeline.arrival_latency());
 }
 

@@ -58,9 +58,7 @@ StreamInfo info_of(const std::vector<hal::FrameHeader>& headers, double frame_ra
     if (headers[i].sequence > headers[i - 1].sequence + 1)
       info.missing_count += headers[i].sequence - headers[i - 1].sequence - 1;
   }
-  // A slope is of three windows of a second.
-  const rt::Duration span = info.last - info.first;
-  if (clock.is_known() && span.ns >= 3'000'000'000) info.drift_ppm = clock.drift_ppm();
+  info.drift_ppm = clock.drift_ppm();
   return info;
 }
 

@@ -53,12 +53,14 @@ void ClockFit::fit() noexcept {
     covariance += t * (points_[i].delay_s - mean_delay);
     variance += t * t;
   }
-  constexpr double kSlopeMax = 1e-3;
   slope_ = points_count_ >= kWindowsMin && variance > 0 ? std::clamp(covariance / variance, -kSlopeMax, kSlopeMax) : 0;
   delay_s_ = mean_delay - slope_ * mean_time;
 }
 
-double ClockFit::drift_ppm() const noexcept { return -slope_ / (1 + slope_) * 1e6; }
+std::optional<double> ClockFit::drift_ppm() const noexcept {
+  if (points_count_ < kWindowsMin || slope_ <= -kSlopeMax || slope_ >= kSlopeMax) return std::nullopt;
+  return -slope_ / (1 + slope_) * 1e6;
+}
 
 rt::HostTime ClockFit::host_of(rt::SensorTime time) const noexcept {
   TACTUS_ASSERT(has_origin_);

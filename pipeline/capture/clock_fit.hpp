@@ -7,6 +7,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "rt/time.hpp"
 
@@ -18,9 +19,9 @@ class ClockFit {
   void add(rt::SensorTime time, rt::HostTime arrived) noexcept;
 
   [[nodiscard]] bool is_known() const noexcept { return has_origin_; }
-  /// How much faster the device's clock runs than ours, in millionths; 0 until three seconds were seen. Crystals stay
-  /// below 100; what is beyond 1000 is cut.
-  [[nodiscard]] double drift_ppm() const noexcept;
+  /// How much faster the device's clock runs than ours, in millionths. Crystals stay below 100; nothing until three
+  /// seconds were seen, and beyond 1000, where it is not the clocks: a device that falls behind, say.
+  [[nodiscard]] std::optional<double> drift_ppm() const noexcept;
 
   /// When a frame taken at `time` arrives at the earliest; the inverse. Asserts is_known().
   [[nodiscard]] rt::HostTime host_of(rt::SensorTime time) const noexcept;
@@ -30,6 +31,7 @@ class ClockFit {
   static constexpr std::int64_t kWindowNs = 1'000'000'000;
   static constexpr std::size_t kWindowsMax = 60;
   static constexpr std::size_t kWindowsMin = 3;  // for a slope
+  static constexpr double kSlopeMax = 1e-3;
   struct Point {
     double time_s = 0, delay_s = 0;  // from the origin, beyond the first delay
   };

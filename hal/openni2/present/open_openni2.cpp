@@ -49,6 +49,7 @@ class OpenNi2Camera : public CameraKind {
     const rt::HostTime end = clock.now() + timeout;
     for (rt::Duration left = timeout;; left = std::max(rt::Duration{0}, end - clock.now())) {
       const bool is_known = intake_.has_front();
+      if (!has_last_ && !is_known) intake_.pass_over_old();
       const rt::Status status = intake_.await(left);
       counters_.losses = intake_.losses();
       if (status != rt::Status::ok) return status;

@@ -117,6 +117,15 @@ rt::Status StreamIntake::await(rt::Duration timeout) {
   return rt::Status::ok;
 }
 
+void StreamIntake::pass_over_old() {
+  const std::lock_guard lock(mutex_);
+  for (; held_count_ > 1; --held_count_) {
+    spent_[spent_count_++] = held_[held_first_].frame;
+    held_[held_first_] = {};
+    held_first_ = (held_first_ + 1) % kHeld;
+  }
+}
+
 void StreamIntake::done() {
   const std::lock_guard lock(mutex_);
   // There is room: a frame comes to the front from those held, and before more are held the spent ones go back.

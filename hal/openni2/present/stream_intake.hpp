@@ -59,6 +59,8 @@ class StreamIntake final : public StreamTaker {
   /// ok: front() is there | timeout | device_lost.
   rt::Status await(rt::Duration timeout);
   [[nodiscard]] const Frame& front() const { return front_; }
+  /// Passes over what came before anybody read, but for the newest frame: a program may boot for half a second meanwhile.
+  void pass_over_old();
   /// The front frame goes back to the library, later and by its own thread.
   void done();
   [[nodiscard]] std::uint64_t losses();

@@ -74,12 +74,22 @@ TEST(ClockFit, DriftingClockWithJitter_IsFoundWithinTwoMillionths) {
       const hal::FrameHeader header = device.frame(i / 30.0, random);
       sut.add(header.time, header.arrived);
     }
-    EXPECT_NEAR(sut.drift_ppm(), ppm, 2);
+    ASSERT_TRUE(sut.drift_ppm());
+    EXPECT_NEAR(*sut.drift_ppm(), ppm, 2);
     const std::int64_t true_ns = 77'000'000'000 + 60'000'000'000 + 5'000'000;
     const rt::SensorTime at_minute{123'456'789'000 + static_cast<std::int64_t>(60e9 * (1 + ppm * 1e-6))};
     EXPECT_NEAR(static_cast<double>(sut.host_of(at_minute).ns), static_cast<double>(true_ns), 3e5) << "0.3 ms";
     EXPECT_NEAR(static_cast<double>(sut.sensor_of(sut.host_of(at_minute)).ns), static_cast<double>(at_minute.ns), 1e3);
   }
+}
+
+TEST(ClockFit, DeviceThatFallsBehind_HasNoDrift) {
+  ClockFit sut;
+  for (std::int64_t i = 0; i < 300; ++i) sut.add({i * 33'333'333}, {i * 34'000'000});
+  EXPECT_FALSE(sut.drift_ppm()) << "2 % is no clock";
+  ClockFit young;
+  for (std::int64_t i = 0; i < 60; ++i) young.add({i * 33'333'333}, {i * 33'333'333});
+  EXPECT_FALSE(young.drift_ppm()) << "two seconds say nothing";
 }
 
 TEST(Pairing, TwoClocksThatDriftApart_PairsAreTheTrueOnes) {
@@ -104,8 +114,8 @@ TEST(Pairing, TwoClocksThatDriftApart_PairsAreTheTrueOnes) {
   }
   EXPECT_EQ(wrong_count, 0);
   EXPECT_LT(worst_ms, 1.5) << "off the true skew";
-  EXPECT_NEAR(sut.depth_clock().drift_ppm(), 60, 3);
-  EXPECT_NEAR(sut.color_clock().drift_ppm(), -40, 3);
+  EXPECT_NEAR(sut.depth_clock().drift_ppm().value_or(0), 60, 3);
+  EXPECT_NEAR(sut.color_clock().drift_ppm().value_or(0), -40, 3);
 }
 
 }  // namespace
