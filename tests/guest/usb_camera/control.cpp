@@ -11,10 +11,11 @@ namespace {
 constexpr std::uint8_t kIn = 0x80, kToEndpoint = 0x02, kClassToInterface = 0x21;
 // Standard requests (USB 2.0 table 9-4).
 constexpr std::uint8_t kGetStatus = 0, kClearFeature = 1, kGetDescriptor = 6, kSetConfiguration = 9, kSetInterface = 11;
-// UVC's (UVC 1.0 table A-8), and its two selectors.
-constexpr std::uint8_t kSetCurrent = 0x01, kGetCurrent = 0x81, kGetMin = 0x82, kGetMax = 0x83, kGetLength = 0x85,
-                       kGetInfo = 0x86, kGetDefault = 0x87;
-constexpr std::uint8_t kProbe = 1, kCommit = 2;
+// UVC's (UVC 1.0 table A-8), and its selectors.
+constexpr std::uint8_t kSetCurrent = 0x01, kGetCurrent = 0x81, kGetMin = 0x82, kGetMax = 0x83,
+                       kGetResolution = 0x84, kGetLength = 0x85, kGetInfo = 0x86, kGetDefault = 0x87;
+constexpr std::uint8_t kProbe = 1, kCommit = 2, kBrightness = 2;
+constexpr std::int16_t kBrightnessMax = 64;
 constexpr std::size_t kProbeBytes = 26, kIntervalAt = 4, kFrameSizeAt = 18, kPayloadSizeAt = 22;
 
 std::uint32_t get_u32(std::span<const std::uint8_t> bytes, std::size_t at) {
@@ -40,7 +41,7 @@ std::uint32_t nearest(const std::vector<std::uint32_t>& offered, std::uint32_t a
 
 Control::Control(const CameraSpec& camera)
     : camera_(camera),
-      settings_(camera.streams.size(), {camera.frame_intervals.front(), camera.frame_intervals.front()}) {}
+      settings_(camera.streams.size(), {camera.frame_intervals.front(), camera.frame_intervals.front(), 0}) {}
 
 std::optional<Bytes> Control::answer(std::span<const std::uint8_t, 8> setup, std::span<const std::uint8_t> data) {
   const auto u16 = [&](std::size_t at) { return static_cast<std::uint16_t>(setup[at] | setup[at + 1] << 8); };
@@ -49,8 +50,13 @@ std::optional<Bytes> Control::answer(std::span<const std::uint8_t, 8> setup, std
   std::optional<Bytes> answer;
   if ((type & ~kIn) == kClassToInterface) {
     const auto interface = static_cast<std::uint8_t>(index & 255), entity = static_cast<std::uint8_t>(index >> 8);
+    const auto selector = static_cast<std::uint8_t>(value >> 8);
     if (entity == 0 && interface >= 1 && interface <= camera_.streams.size())
-      answer = streaming(request, static_cast<std::uint8_t>(value >> 8), interface - std::size_t{1}, data);
+      answer = streaming(request, selector, interface - std::size_t{1}, data);
+    for (std::size_t i = 0; i < camera_.streams.size(); ++i)
+      if (interface == 0 && entity == processing_unit_of(i) && selector == kBrightness &&
+          camera_.streams[i].format == hal::PixelFormat::yuyv)
+        answer = brightness(request, i, data);
   } else {
     answer = standard(type, request, value, index);
   }
@@ -125,6 +131,37 @@ std::optional<Bytes> Control::streaming(std::uint8_t request, std::uint8_t selec
       return Bytes{kProbeBytes, 0};
     case kGetInfo:
       return Bytes{3};  // may be read and set
+    default:
+      return std::nullopt;
+  }
+}
+
+std::optional<Bytes> Control::brightness(std::uint8_t request, std::size_t stream, std::span<const std::uint8_t> data) {
+  const auto word = [](int value) {
+    return Bytes{static_cast<std::uint8_t>(value & 255), static_cast<std::uint8_t>(value >> 8 & 255)};
+  };
+  switch (request) {
+    case kSetCurrent: {
+      if (data.size() != 2) return std::nullopt;
+      const auto value = static_cast<std::int16_t>(data[0] | data[1] << 8);
+      if (value < -kBrightnessMax || value > kBrightnessMax) return std::nullopt;
+      settings_[stream].brightness = value;
+      return Bytes{};
+    }
+    case kGetCurrent:
+      return word(settings_[stream].brightness);
+    case kGetMin:
+      return word(-kBrightnessMax);
+    case kGetMax:
+      return word(kBrightnessMax);
+    case kGetResolution:
+      return word(1);
+    case kGetDefault:
+      return word(0);
+    case kGetLength:
+      return word(2);
+    case kGetInfo:
+      return Bytes{3};
     default:
       return std::nullopt;
   }

@@ -1,4 +1,5 @@
-// The control endpoint of a USB camera: standard requests, and UVC's bargaining over a stream.
+// The control endpoint of a USB camera: standard requests, UVC's bargaining over a stream, brightness of colour (which is
+// kept and changes no pixel).
 #pragma once
 
 #include <array>
@@ -28,11 +29,13 @@ class Control {
  private:
   struct Settings {
     std::uint32_t probed = 0, committed = 0;  // frame intervals, the one thing there is to choose
+    std::int16_t brightness = 0;
   };
   std::optional<Bytes> standard(std::uint8_t type, std::uint8_t request, std::uint16_t value, std::uint16_t index);
   std::optional<Bytes> descriptor(std::uint16_t value) const;
   std::optional<Bytes> streaming(std::uint8_t request, std::uint8_t selector, std::size_t stream,
                                  std::span<const std::uint8_t> data);
+  std::optional<Bytes> brightness(std::uint8_t request, std::size_t stream, std::span<const std::uint8_t> data);
   [[nodiscard]] Bytes probe_block(std::size_t stream, std::uint32_t frame_interval) const;
 
   CameraSpec camera_;

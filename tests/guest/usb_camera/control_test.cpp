@@ -50,6 +50,17 @@ TEST(Control, CommitStartsItsStreamAndClearingTheEndpointStopsIt) {
   EXPECT_EQ(control.take_stopped(), 1u);
 }
 
+TEST(Control, BrightnessOfColourIsKeptWithinItsRange) {
+  Control control(kCamera);
+  constexpr SetupBytes kSet{0x21, 0x01, 0, 2, 0, 5, 2, 0}, kGet{0xa1, 0x81, 0, 2, 0, 5, 2, 0};
+  EXPECT_EQ(control.answer(kGet, {}), (Bytes{0, 0}));
+  ASSERT_TRUE(control.answer(kSet, Bytes{0xc0, 0xff}));
+  EXPECT_EQ(control.answer(kGet, {}), (Bytes{0xc0, 0xff}));
+  EXPECT_FALSE(control.answer(kSet, Bytes{0xbf, 0xff})) << "-65";
+  EXPECT_EQ(control.answer(SetupBytes{0xa1, 0x82, 0, 2, 0, 5, 2, 0}, {}), (Bytes{0xc0, 0xff})) << "least";
+  EXPECT_FALSE(control.answer(SetupBytes{0xa1, 0x81, 0, 2, 0, 2, 2, 0}, {})) << "depth has none";
+}
+
 TEST(Control, AnswersAreCutToWhatTheHostHasRoomFor) {
   Control control(kCamera);
   const auto head = control.answer(SetupBytes{0x80, 6, 0, 2, 0, 0, 9, 0}, {});

@@ -8,7 +8,7 @@ namespace {
 // Descriptor types and subtypes (USB 2.0 table 9-5, UVC 1.0 tables ).
 enum : std::uint8_t { kDevice = 1, kConfiguration = 2, kString = 3, kInterface = 4, kEndpoint = 5, kAssociation = 11 };
 constexpr std::uint8_t kClassInterface = 0x24;
-enum : std::uint8_t { kControlHeader = 1, kInputTerminal = 2, kOutputTerminal = 3 };
+enum : std::uint8_t { kControlHeader = 1, kInputTerminal = 2, kOutputTerminal = 3, kProcessingUnit = 5 };
 enum : std::uint8_t { kInputHeader = 1, kUncompressedFormat = 4, kUncompressedFrame = 5, kColorMatching = 13 };
 constexpr std::uint8_t kVideoClass = 14, kControlSubclass = 1, kStreamingSubclass = 2, kCollectionSubclass = 3;
 
@@ -36,13 +36,15 @@ Bytes with_length(Bytes rest) {
   return rest;
 }
 
-// Entity numbers: a camera and a way out for each stream.
-unsigned camera_id(std::size_t stream) { return static_cast<unsigned>(2 * stream + 1); }
-unsigned output_id(std::size_t stream) { return static_cast<unsigned>(2 * stream + 2); }
+// Entity numbers: a camera and a way out for each stream, colour through its processing unit.
+unsigned camera_id(std::size_t stream) { return static_cast<unsigned>(3 * stream + 1); }
+unsigned output_id(std::size_t stream) { return static_cast<unsigned>(3 * stream + 3); }
 
 Bytes control_class(const CameraSpec& camera) {
   Writer terminals;
   for (std::size_t i = 0; i < camera.streams.size(); ++i) {
+    const bool is_processed = camera.streams[i].format == hal::PixelFormat::yuyv;
+    const unsigned source = is_processed ? processing_unit_of(i) : camera_id(i);
     // A camera without a lens that can be moved and without controls.
     terminals.append(with_length(Writer()
                                      .u8({kClassInterface, kInputTerminal, camera_id(i)})
@@ -51,8 +53,15 @@ Bytes control_class(const CameraSpec& camera) {
                                      .u16(0).u16(0).u16(0)
                                      .u8({3, 0, 0, 0})
                                      .take()));
+    if (is_processed) {
+      terminals.append(with_length(Writer()
+                                       .u8({kClassInterface, kProcessingUnit, processing_unit_of(i), camera_id(i)})
+                                       .u16(0)
+                                       .u8({2, 1, 0, 0})
+                                       .take()));
+    }
     terminals.append(with_length(
-        Writer().u8({kClassInterface, kOutputTerminal, output_id(i)}).u16(0x0101).u8({0, camera_id(i), 0}).take()));
+        Writer().u8({kClassInterface, kOutputTerminal, output_id(i)}).u16(0x0101).u8({0, source, 0}).take()));
   }
   const Bytes rest = terminals.take();
   const std::size_t header_bytes = 12 + camera.streams.size();

@@ -32,6 +32,8 @@ inline constexpr std::uint32_t kPayloadBytes = 32 * 512;
 /// The endpoint (without the direction bit) and the interface of a stream.
 constexpr std::uint8_t endpoint_of(std::size_t stream) { return static_cast<std::uint8_t>(stream + 1); }
 constexpr std::uint8_t interface_of(std::size_t stream) { return static_cast<std::uint8_t>(stream + 1); }
+/// The processing unit of a colour stream, which has the one control: brightness.
+constexpr std::uint8_t processing_unit_of(std::size_t stream) { return static_cast<std::uint8_t>(3 * stream + 2); }
 
 using Bytes = std::vector<std::uint8_t>;
 

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <map>
@@ -48,7 +48,7 @@ CameraSpec spec(std::vector<double> frame_rates_hz) {
   return camera;
 }
 
-// The sum of the bytes as they went in, for finding a frame again: which of the clip's it is.
+// Which of the clip's frames the newest is, by its bytes as they came.
 class Witness final : public hal::FrameTap {
  public:
   explicit Witness(const Clip& clip) : clip_(clip) {}
@@ -144,6 +144,7 @@ TEST_F(GuestUvcvideo, BothStreamsArriveByteForByteInOrderAndWhole) {
   depth->camera->set_tap(&depth_witness);
   color->camera->set_tap(&color_witness);
   hal::FrameHeader depth_last, color_last, header;
+  double stamp_error_ms_max = 0;
   std::map<std::size_t, rt::HostTime> shown;  // by place in the clip, the newest
   for (std::size_t i = 0; i < 2 * kFramesCount; ++i) {
     SCOPED_TRACE("frame " + std::to_string(i));
@@ -155,6 +156,9 @@ TEST_F(GuestUvcvideo, BothStreamsArriveByteForByteInOrderAndWhole) {
     for (const ShownFrame& frame : camera_->take_shown()) shown[frame.frame % kFramesCount] = frame.time;
     EXPECT_GE(header.arrived, shown[depth_witness.index]) << "it cannot have arrived before it was sent";
     EXPECT_LE(header.arrived, read_at);
+    // By the camera's own clock, from the stamps in its payloads: when it was taken.
+    const double error_ms = rt::Duration{header.time.ns - shown[depth_witness.index].ns}.milliseconds();
+    stamp_error_ms_max = std::max(stamp_error_ms_max, std::abs(error_ms));
     if (i > 0) {
       EXPECT_EQ(depth_witness.index, (depth_before + 1) % kFramesCount);
       EXPECT_EQ(header.sequence, depth_last.sequence + 1);
@@ -178,6 +182,8 @@ TEST_F(GuestUvcvideo, BothStreamsArriveByteForByteInOrderAndWhole) {
     EXPECT_EQ(counters->timestamps_rejected, 0u);
   }
   EXPECT_EQ(depth_witness.count, 2 * kFramesCount);
+  std::printf("times at most %.1f ms beside those at which the camera took the frames\n", stamp_error_ms_max);
+  EXPECT_LT(stamp_error_ms_max, 1000) << "another clock";
 }
 
 TEST_F(GuestUvcvideo, RateThatWasAskedForIsTheCameras) {
