@@ -269,7 +269,8 @@ rt::Result<std::string> info(const InfoOptions& options) {
     std::snprintf(line, sizeof(line), "%-12s %.1f MB", "size", static_cast<double>(file_bytes) / 1e6);
     text += line;
     if (seen) {
-      std::snprintf(line, sizeof(line), ", 1 : %.2f of its pixels", static_cast<double>(seen->pixel_bytes) / static_cast<double>(file_bytes));
+      std::snprintf(line, sizeof(line), ", 1 : %.2f of its pixels",
+                    static_cast<double>(seen->pixel_bytes) / static_cast<double>(file_bytes));
       text += line;
     }
     text += "\n";

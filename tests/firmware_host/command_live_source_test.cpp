@@ -1,7 +1,9 @@
 // What is written after v4l2: and openni2:, and the sensor that is made of the cameras.
 #include <gtest/gtest.h>
 
+#include <random>
 #include <string>
+#include <vector>
 
 #include "firmware_host/live_source.hpp"
 #include "hal/replay/intrinsics_file.hpp"
@@ -88,6 +90,27 @@ TEST(LiveSource, WhatIsWrongIsNamed) {
     EXPECT_NE(parsed.error().message.find(part), std::string::npos) << parsed.error().message;
     EXPECT_NE(parsed.error().message.find(source), std::string::npos) << parsed.error().message;
   }
+}
+
+TEST(LiveSource, WordsPutTogetherAtRandomAreTakenOrToldOf) {
+  const std::uint32_t seed = 20261130;
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  std::mt19937 random(seed);
+  const std::vector<std::string> pieces = {"v4l2", "openni2", ":", "?", "&", "=", "mode", "color", "controls", "640x480",
+                                           "@30",  "/dev/video0", ",", "buffers", "dmabuf", "1", "registered", "\xFF",
+                                           "libcamera", "calibration", " ", "x", "@", "-1", "sync", "accelerometer"};
+  int taken_count = 0;
+  for (int i = 0; i < 20000; ++i) {
+    std::string source = i % 2 == 0 ? "v4l2:/dev/video0?" : "openni2?";
+    for (unsigned n = random() % 8; n > 0; --n) source += pieces[random() % pieces.size()];
+    const auto parsed = parse_live_source(source);
+    taken_count += parsed.has_value();
+    if (!parsed) {
+      EXPECT_EQ(parsed.error().code, rt::ExitCode::bad_usage);
+      EXPECT_NE(parsed.error().message.find(source), std::string::npos) << source;
+    }
+  }
+  EXPECT_GT(taken_count, 1000);
 }
 
 TEST(LiveSource, KindIsAWholeWord) {
