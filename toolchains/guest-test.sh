@@ -16,7 +16,7 @@ kernel_root=$tactus_cache/guest-kernel
 # All jobs together are to stay below 6 minutes where two processors are emulated.
 limit_s=${TACTUS_GUEST_LIMIT_S:-360}
 job_limit_s=${TACTUS_GUEST_JOB_LIMIT_S:-150}
-all_jobs=(v4l2 uvcvideo libcamera iio)
+all_jobs=(v4l2 uvcvideo libcamera iio program)
 
 say() { echo "guest: $*"; }
 skip() {

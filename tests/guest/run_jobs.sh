@@ -5,8 +5,9 @@ export PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin
 . "$1"
 export root results build kernel_root
 export HOME=$results LC_ALL=C.UTF-8
-mkdir /dev/shm
+mkdir /dev/shm /dev/pts
 mount -t tmpfs tmpfs /dev/shm
+mount -t devpts -o ptmxmode=0666 devpts /dev/pts
 read -r up _ </proc/uptime
 echo "guest: up after $up s, Linux $(uname -r)"
 

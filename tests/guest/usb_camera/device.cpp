@@ -41,9 +41,7 @@ bool Device::feed(std::span<const std::uint8_t> bytes, rt::HostTime now) {
 std::optional<rt::HostTime> Device::step(rt::HostTime now) {
   if (is_unplugged_) return std::nullopt;
   const auto is_on = [](const Stream& stream) { return stream.is_on; };
-  const bool starts = options_.waits_for_all ? std::all_of(streams_.begin(), streams_.end(), is_on)
-                                             : std::any_of(streams_.begin(), streams_.end(), is_on);
-  if (!next_frame_ && starts) next_frame_ = now;
+  if (!next_frame_ && std::any_of(streams_.begin(), streams_.end(), is_on)) next_frame_ = now;
   if (next_frame_ && now >= *next_frame_ && can_show()) show_frame(now);
   for (Stream& stream : streams_) send(stream, now);
   // A frame that is due but waits for the host goes on with the host's next message.

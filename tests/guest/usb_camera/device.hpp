@@ -23,7 +23,6 @@ inline constexpr std::size_t kNever = std::numeric_limits<std::size_t>::max();
 
 /// Frames count from 0 at the first after no stream was on.
 struct PlayOptions {
-  bool waits_for_all = false;   // nothing is sent until every stream is on, so that frame 0 is in both
   bool repeats = true;          // after the clip's last frame comes its first; else no more
   std::size_t short_at = kNever;   // this frame ends after its first half
   std::size_t error_at = kNever;   // this one is marked as broken

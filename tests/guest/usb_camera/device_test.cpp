@@ -142,23 +142,6 @@ TEST(UsbDevice, BothStreamsShowTheClipAtItsRateAndFromTheStartAgain) {
   }
 }
 
-TEST(UsbDevice, TogetherMeansThatFrameZeroIsInBoth) {
-  PlayOptions options;
-  options.waits_for_all = true;
-  Host host(options);
-  host.commit(0);
-  for (int i = 0; i < 4; ++i) host.ask(0);
-  host.advance(1_s);
-  EXPECT_TRUE(host.frames[0].whole.empty());
-  host.commit(1);
-  for (int i = 0; i < 4; ++i) host.ask(1);
-  host.advance(1_ms);
-  ASSERT_FALSE(host.frames[0].whole.empty());
-  ASSERT_FALSE(host.frames[1].whole.empty());
-  EXPECT_EQ(host.frames[0].whole[0], filled(0));
-  EXPECT_EQ(host.frames[1].whole[0], filled(100));
-}
-
 TEST(UsbDevice, ASlowHostMissesNothing) {
   Host host;
   host.commit(0);

@@ -34,7 +34,6 @@ int parse(int argc, char** argv, Settings& s) {
   app.add_option("--serial", s.serial_number, "Its serial number");
   app.add_option("--port", s.port, "Where it is plugged in")->check(CLI::Range(0, 7));
   app.add_option("--log", s.log, "File that receives a line for every frame shown: its number and the monotonic time in s");
-  app.add_flag("--together", s.play.waits_for_all, "Shows nothing until all its streams are on");
   app.add_flag("--once{false}", s.play.repeats, "Goes dark after the clip's last frame");
   app.add_option("--short-at", s.play.short_at, "This frame ends in its middle");
   app.add_option("--error-at", s.play.error_at, "This frame is marked as broken");
