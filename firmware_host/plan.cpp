@@ -54,14 +54,16 @@ rt::Result<std::string> plan(const PlanOptions& options) {
   if (profile.sensor_mode.width == 960 && profile.sensor_mode.height == 540)
     usual.mode = hal::synthetic::Mode::wide_960x540;
   hal::RigCalibration rig = hal::synthetic::calibration_of(usual);
+  std::size_t camera_buffers_bytes = 0;
   if (!options.source.empty()) {
     SourceOptions source;
     source.live = {profile.sensor_mode, profile.needs_registered};
     const auto sensor = open_source(options.source, source);
     if (!sensor) return sensor.error();
     rig = sensor->calibration;
+    camera_buffers_bytes = sensor->buffers_bytes;
   }
-  const WholePlan whole = plan_whole_program(profile, rig);
+  const WholePlan whole = plan_whole_program(profile, rig, camera_buffers_bytes);
   if (whole.without_network_bytes() > profile.memory_bytes_max)
     return rt::Error{rt::ExitCode::budget_exceeded,
                      "the plan needs " + mebibytes(whole.without_network_bytes()) +

@@ -12,11 +12,13 @@ namespace tactus::firmware {
 struct WholePlan {
   rt::MemoryPlan plan;
   std::size_t network_bytes = 0;  // of the network's row, which the profile's limit does not count
-  [[nodiscard]] std::size_t without_network_bytes() const { return plan.total_bytes() - network_bytes; }
+  /// What the profile's limit counts.
+  [[nodiscard]] std::size_t without_network_bytes() const { return plan.arena_bytes() - network_bytes; }
 };
 
 /// With rendering, keyframes and their scores, and the profile's share for a network: the most that a run
-/// with this profile and rig plans. Boot.
-WholePlan plan_whole_program(const Profile& profile, const hal::RigCalibration& rig);
+/// with this profile and rig plans. `camera_buffers_bytes` as hal::Sensor has them. Boot.
+WholePlan plan_whole_program(const Profile& profile, const hal::RigCalibration& rig,
+                             std::size_t camera_buffers_bytes = 0);
 
 }  // namespace tactus::firmware

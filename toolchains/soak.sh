@@ -3,7 +3,7 @@
 # tracked, mapped, labelled and recorded. Afterwards resident memory must have been flat to 1 % and every frame accounted
 # for: frames_in = tracked + dropped + lost + rejected, and what was recorded + what the recorder dropped = frames_in.
 #   toolchains/soak.sh [MINUTES, default 30] [FOLDER, default out/soak]
-# Leaves resident.csv (seconds, kB), summary.json and report.html in FOLDER; the recording, some 3 GB in half an hour, goes.
+# Leaves resident.csv (seconds, kB), summary.json and report.html in FOLDER; the recording, some 15 GB in half an hour, goes.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . toolchains/environment.sh

@@ -34,7 +34,7 @@ fuzz_run() { ctest --preset fuzz -j "$jobs"; }
 asan_build() { build asan -DTACTUS_WERROR=ON -- tactus_fast_tests; }
 asan_run() { ctest --preset asan -j "$jobs"; }
 # Where threads share anything, folders of tests/; the test preset leaves out what is not built.
-threaded=(rt hal/replay pipeline/map pipeline/track conformance)
+threaded=(rt hal/replay hal/record hal/openni2 pipeline/map pipeline/track conformance)
 tsan_build() { build tsan -DTACTUS_WERROR=ON -- $(printf 'tests/%s/all ' "${threaded[@]}"); }
 # Address randomisation is switched off: the ThreadSanitizer of GCC 12 cannot map its shadow on kernels that randomise
 # more bits than it knows of.

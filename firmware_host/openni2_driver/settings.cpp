@@ -2,6 +2,7 @@
 
 #include <cstdlib>
 
+#include "hal/record/tac.hpp"
 #include "hal/replay/replay.hpp"
 #include "hal/synthetic/synthetic.hpp"
 
@@ -32,8 +33,14 @@ rt::Result<hal::Sensor> open_source(const std::string& source) {
     if (!options) return options.error();
     return hal::open_synthetic(*options);
   }
+  constexpr std::size_t kPrefetch = 2;
+  if (source.ends_with(".tac")) {
+    hal::record::TacReadOptions options;
+    options.prefetch = kPrefetch;
+    return hal::record::open_tac(source, options);
+  }
   hal::ReplayOptions options;
-  options.prefetch = 2;
+  options.prefetch = kPrefetch;
   return hal::open_replay(source, options);
 }
 

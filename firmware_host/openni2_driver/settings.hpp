@@ -1,7 +1,7 @@
 // What the environment asks of the driver.
 //
-//   TACTUS_OPENNI2_SOURCE  what the device tactus://0 plays: synthetic:NAME[?...], or a folder in TUM RGB-D or 7-Scenes
-//                          layout; without it there is no such device when OpenNI2 starts. Read again at each opening.
+//   TACTUS_OPENNI2_SOURCE  what the device tactus://0 plays: synthetic:NAME[?...], FILE.tac, or a folder in TUM RGB-D or
+//                          7-Scenes layout; without it there is no such device when OpenNI2 starts. Read again at each opening.
 //   TACTUS_OPENNI2_SPEED   how many times faster than its times; 1
 //   TACTUS_OPENNI2_LOOP    0: it falls silent at its end; 1: it begins again, times and numbers going on. 1, as a device
 //                          has no end

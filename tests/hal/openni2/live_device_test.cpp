@@ -8,10 +8,12 @@
 #include <thread>
 
 #include "hal/openni2/openni2.hpp"
+#include "hal/record/tac_writer.hpp"
 #include "hal/synthetic/synthetic.hpp"
 #include "rt/clock.hpp"
 #include "rt/heap_guard.hpp"
 #include "tests/hal/openni2/driver_environment.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace tactus::hal::openni2 {
 namespace {
@@ -319,6 +321,34 @@ TEST(OpenNi2Device, AnySourceByItsUri_Opens) {
   const auto refused = open_openni2({.uri = "tactus://synthetic:nowhere"});
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().message.find("nowhere"), std::string::npos) << refused.error().message;
+}
+
+TEST(OpenNi2Device, RecordingInOneFile_IsServedFrameByFrame) {
+  const test::TemporaryFolder folder;
+  const auto file = folder.path() / "room.tac";
+  auto source = open_synthetic(*parse_synthetic_name("synthetic:wall?frames=5&mode=320x240&noise=0&trajectory=still"));
+  auto writer = record::TacWriter::create(file, *source, {}, {.waits_when_full = true});
+  ASSERT_TRUE(writer) << writer.error().message;
+  source->depth->set_tap(writer->get());
+  source->color->set_tap(writer->get());
+  Reader recorded(*source);
+  std::vector<std::uint16_t> first_mm;
+  while (recorded.depth({}) == rt::Status::ok) {
+    (void)recorded.color({});
+    if (!first_mm.empty()) continue;
+    for (const std::uint16_t units : recorded.raw)
+      first_mm.push_back(static_cast<std::uint16_t>(std::lround(units * source->calibration.depth_m_per_unit * 1000)));
+  }
+  ASSERT_TRUE((*writer)->close());
+
+  set_driver(kSource, "1", true);
+  Sensor sut = opened({.uri = "tactus://" + file.string()});
+  Reader reader(sut);
+  ASSERT_EQ(reader.depth(kPatience), rt::Status::ok);
+  const auto differs = [](std::uint16_t a, std::uint16_t b) { return a + 1 < b || b + 1 < a; };
+  EXPECT_TRUE(std::equal(reader.raw.begin(), reader.raw.end(), first_mm.begin(), first_mm.end(),
+                         [&](std::uint16_t a, std::uint16_t b) { return !differs(a, b); }))
+      << "a wall before a camera that stands still, to the millimetre";
 }
 
 TEST(OpenNi2Devices, AreListedWithTheirModes) {
