@@ -17,7 +17,7 @@ rm -f "$out"/soak.tac "$out"/resident.csv
 
 frames=$((minutes * 60 * 30))
 echo "soak: $minutes minutes, $frames frames"
-LD_LIBRARY_PATH=$PWD/build/release/openni2 TACTUS_OPENNI2_SOURCE="synthetic:bedroom?frames=3000" \
+LD_LIBRARY_PATH=$PWD/build/release/openni2 TACTUS_OPENNI2_SOURCE="synthetic:bedroom?frames=300" \
   "$tactus" run openni2 --frames "0:$frames" --record "$out/soak.tac" --record-color jpeg --out "$out" >"$out/output.txt" 2>&1 &
 program=$!
 trap 'kill "$program" 2>/dev/null || true' EXIT

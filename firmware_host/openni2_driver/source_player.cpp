@@ -129,6 +129,10 @@ void SourcePlayer::note(Track& track, const hal::FrameHeader& header) {
 }
 
 bool SourcePlayer::rewind() {
+  // First gone, then anew: a room of its own takes 10 MB, and labels hold on to it, too.
+  sensor_.labels.reset();
+  sensor_.depth.reset();
+  sensor_.color.reset();
   auto again = open_source(settings_.source);
   if (!again) return false;
   sensor_.depth = std::move(again->depth);
