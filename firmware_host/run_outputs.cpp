@@ -81,6 +81,7 @@ void add_memory(RunResult& result, const RunFacts& facts, const Pipeline& pipeli
   result.memory_was_locked = facts.arena->is_locked();
   result.heap_allocations_after_seal = rt::heap_guard::was_total_calls();
   result.heap_allocations_in_guests = rt::heap_guard::was_guest_calls();
+  result.heap_allocations_elsewhere = rt::heap_guard::was_other_calls();
 }
 
 std::vector<InjectedFault> injected_faults(const hal::faults::FaultCounts& counts) {

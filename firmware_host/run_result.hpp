@@ -190,6 +190,7 @@ struct RunResult {
   std::uint64_t resident_bytes_peak = 0;
   std::uint64_t heap_allocations_after_seal = 0;
   std::uint64_t heap_allocations_in_guests = 0;  // by camera libraries and decoders, on our capture thread
+  std::uint64_t heap_allocations_elsewhere = 0;  // by libraries' own threads, decoders ahead, recorder, film and present
   bool memory_was_locked = false;
   MapResult map;
   LabelingResult labels;

@@ -210,6 +210,7 @@ json summary_json(const RunResult& r) {
       {"memory", memory_json(r)},
       {"heap_allocations_after_seal", r.heap_allocations_after_seal},
       {"heap_allocations_in_guests", r.heap_allocations_in_guests},
+      {"heap_allocations_elsewhere", r.heap_allocations_elsewhere},
       {"map",
        {{"blocks_used", r.map.blocks_used},
         {"blocks_capacity", r.map.blocks_capacity},

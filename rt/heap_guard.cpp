@@ -25,6 +25,7 @@ constinit std::atomic<bool> is_sealed{false};
 constinit std::atomic<bool> is_fatal_mode{false};
 constinit std::atomic<std::uint64_t> total_calls{0};
 constinit std::atomic<std::uint64_t> guest_calls{0};
+constinit std::atomic<std::uint64_t> other_calls{0};
 
 [[noreturn]] void die(const char* function, std::size_t bytes) {
   state.scopes_count = 0;  // what follows may itself allocate
@@ -61,6 +62,7 @@ void seal() noexcept { is_sealed.store(true, std::memory_order_relaxed); }
 void unseal() noexcept { is_sealed.store(false, std::memory_order_relaxed); }
 std::uint64_t was_total_calls() noexcept { return total_calls.load(std::memory_order_relaxed); }
 std::uint64_t was_guest_calls() noexcept { return guest_calls.load(std::memory_order_relaxed); }
+std::uint64_t was_other_calls() noexcept { return other_calls.load(std::memory_order_relaxed); }
 std::uint64_t thread_calls() noexcept { return state.calls; }
 
 void set_fatal(bool is_fatal) {
@@ -75,7 +77,11 @@ void note_heap_call(const char* function, std::size_t bytes) noexcept {
     state.was_probed = true;
     return;
   }
-  if (state.scopes_count == 0 || !is_sealed.load(std::memory_order_relaxed)) return;
+  if (!is_sealed.load(std::memory_order_relaxed)) return;
+  if (state.scopes_count == 0) {
+    other_calls.fetch_add(1, std::memory_order_relaxed);
+    return;
+  }
   if (state.guests_count > 0) {
     guest_calls.fetch_add(1, std::memory_order_relaxed);
     return;

@@ -48,6 +48,9 @@ void unseal() noexcept;
 [[nodiscard]] std::uint64_t was_guest_calls() noexcept;
 [[nodiscard]] std::uint64_t thread_calls() noexcept;
 
+/// Calls by threads that were in no step: guest libraries' own, recorder, film, and ours between steps.
+[[nodiscard]] std::uint64_t was_other_calls() noexcept;
+
 /// In tests: the first counted call prints its stack (addresses for addr2line where names are not exported)
 /// and aborts.
 void set_fatal(bool is_fatal);

@@ -65,6 +65,32 @@ TEST_F(Live, RecordingHoldsWhatTheDevicePlayed) {
   }
 }
 
+TEST_F(Live, RunThatIsRecorded_IsReplayedToTheSameBitsEveryTime) {
+  const Outcome live = with_device(
+      kRoom, {"run", "openni2", "--frames", "0:30", "--record", path("run.tac"), "--model", "none", "--json"});
+  ASSERT_EQ(live.code, 0) << live.err;
+  const json ran = json::parse(live.out);
+  EXPECT_EQ(ran["sensor"]["live"], true);
+  EXPECT_EQ(ran["frames_in"], 30);
+  EXPECT_EQ(ran["frames_in"].get<int>(), ran["frames_tracked"].get<int>() + ran["frames_dropped"].get<int>() +
+                                             ran["frames_lost"].get<int>() + ran["frames_rejected"].get<int>());
+  EXPECT_EQ(ran["heap_allocations_after_seal"], 0);
+  EXPECT_EQ(ran["recording"]["depth"]["frames"].get<int>() + ran["recording"]["depth"]["dropped"].get<int>(), 30);
+  json replays[2];
+  for (json& replay : replays) {
+    const Outcome o =
+        test::run_tactus({"run", path("run.tac"), "--runner", "lockstep", "--model", "none", "--json"});
+    ASSERT_EQ(o.code, 0) << o.err;
+    replay = json::parse(o.out);
+    EXPECT_EQ(replay["frames_in"], ran["recording"]["depth"]["frames"]);
+    EXPECT_EQ(replay["frames_dropped"], 0);
+  }
+  EXPECT_EQ(replays[0]["map_hash"], replays[1]["map_hash"]);
+  const Outcome again = with_device(kRoom, {"run", "openni2", "--frames", "0:3", "--record", path("run.tac")});
+  EXPECT_EQ(again.code, 2) << "a recording is never written over";
+  EXPECT_NE(again.err.find("run.tac"), std::string::npos) << again.err;
+}
+
 TEST_F(Live, InfoReadsTheNextFrames) {
   const Outcome o = with_device(kRoom, {"info", "openni2", "--frames", "0:20", "--json"});
   ASSERT_EQ(o.code, 0) << o.err;

@@ -97,8 +97,10 @@ TEST_F(HeapGuardTest, CallsOfAGuestLibraryAreCountedApart) {
       << "after the guest has returned, calls are ours again";
   EXPECT_EQ(heap_guard::was_total_calls(), total_before + 1);
   EXPECT_EQ(heap_guard::was_guest_calls(), guests_before + 1);
+  const std::uint64_t others_before = heap_guard::was_other_calls();
   { const GuestScope outside_of_any_step; look_at(std::make_unique<int>(1).get()); }
   EXPECT_EQ(heap_guard::was_guest_calls(), guests_before + 1);
+  EXPECT_EQ(heap_guard::was_other_calls(), others_before + 1) << "a thread that is in no step";
 }
 
 TEST_F(HeapGuardTest, CountsPerThreadAndInTotal) {
