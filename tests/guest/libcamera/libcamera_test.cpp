@@ -17,6 +17,7 @@
 
 #include "rt/clock.hpp"
 #include "rt/heap_guard.hpp"
+#include "tests/conformance/live_rules.hpp"
 
 namespace tactus::hal::libcamera {
 namespace {
@@ -128,6 +129,12 @@ TEST_F(GuestLibcamera, FramesComeInOrderOnTheMonotonicClock) {
               counters.frames_missing, counters.frames_rejected);
   const auto [darkest, brightest] = std::minmax_element(rgb_.begin(), rgb_.end());
   EXPECT_LT(*darkest, *brightest) << "a picture of one colour";
+}
+
+TEST_F(GuestLibcamera, ColourKeepsTheRulesOfEveryCamera) {
+  auto sut = open();
+  ASSERT_TRUE(sut) << sut.error().message;
+  conformance::expect_live_rules(*sut->camera, sut->width, sut->height, 12);
 }
 
 TEST_F(GuestLibcamera, PeekAnnouncesWhatReadGivesAndSkipPassesOver) {

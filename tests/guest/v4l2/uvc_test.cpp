@@ -8,6 +8,7 @@
 #include "hal/v4l2/uvc_metadata.hpp"
 #include "hal/v4l2/v4l2.hpp"
 #include "rt/heap_guard.hpp"
+#include "tests/conformance/live_rules.hpp"
 #include "tests/guest/v4l2/nodes.hpp"
 
 namespace tactus::hal::v4l2 {
@@ -41,6 +42,24 @@ TEST(Uvc, DepthComesInZ16WithTimesFromTheCamerasMetadata) {
     before = header;
   }
   EXPECT_GT(camera->camera->counters().frames_delivered, 4U);
+}
+
+TEST(Uvc, DepthAndColourKeepTheRulesOfEveryCamera) {
+  const std::vector<FoundNode> nodes = capture_nodes_of("uvcvideo", false);
+  if (nodes.empty()) GTEST_SKIP() << "this machine has no uvcvideo camera";
+  int cameras_count = 0;
+  for (const FoundNode& node : nodes) {
+    V4l2Request request;
+    request.device = node.path;
+    if (auto camera = open_depth(request); camera) {
+      conformance::expect_live_rules(*camera->camera, camera->width, camera->height, 12);
+      ++cameras_count;
+    } else if (auto color = open_color(request); color) {
+      conformance::expect_live_rules(*color->camera, color->width, color->height, 12);
+      ++cameras_count;
+    }
+  }
+  EXPECT_GT(cameras_count, 0);
 }
 
 TEST(Uvc, ColourComesInEveryFormatOnOffer) {

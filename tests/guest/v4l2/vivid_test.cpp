@@ -10,6 +10,7 @@
 
 #include "hal/frames/convert.hpp"
 #include "rt/heap_guard.hpp"
+#include "tests/conformance/live_rules.hpp"
 #include "tests/guest/v4l2/vivid_fixture.hpp"
 
 namespace tactus::hal::v4l2 {
@@ -229,6 +230,17 @@ TEST_F(Vivid, TimesRiseOnTheMonotonicClockAndSayWhatTheyAre) {
       before = header;
     }
   }
+}
+
+TEST_F(Vivid, DepthAndColourKeepTheRulesOfEveryCamera) {
+  {
+    auto camera = depth(small_request(single[0]));
+    conformance::expect_live_rules(*camera.camera, camera.width, camera.height, 20);
+  }
+  V4l2Request request = small_request(single[0]);
+  request.format = "YUYV";
+  auto camera = color(request);
+  conformance::expect_live_rules(*camera.camera, camera.width, camera.height, 20);
 }
 
 TEST_F(Vivid, TwoNodesShareOneClock) {

@@ -12,6 +12,7 @@
 #include "hal/synthetic/synthetic.hpp"
 #include "rt/clock.hpp"
 #include "rt/heap_guard.hpp"
+#include "tests/conformance/live_rules.hpp"
 #include "tests/hal/openni2/driver_environment.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -113,6 +114,14 @@ TEST(OpenNi2Device, Frames_AreTheSourcesOwn) {
   EXPECT_EQ(counters.frames_missing, last - first + 1 - depth_count);
   EXPECT_EQ(counters.frames_rejected + counters.timestamps_rejected + counters.losses, 0U);
   EXPECT_EQ(reader.depth(kShort), rt::Status::timeout) << "a device that is silent";
+}
+
+TEST(OpenNi2Device, DepthAndColour_KeepTheRulesOfEveryCamera) {
+  set_driver(kSource, "1", true);
+  Sensor sut = opened();
+  const RigCalibration& rig = sut.calibration;
+  conformance::expect_live_rules(*sut.depth, rig.depth.width, rig.depth.height, 20);
+  conformance::expect_live_rules(*sut.color, rig.color.width, rig.color.height, 20);
 }
 
 TEST(OpenNi2Device, Calibration_IsTheSourcesFieldOfViewAndSaysSo) {
