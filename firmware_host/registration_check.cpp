@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "firmware_host/progress.hpp"
+#include "pipeline/capture/pairing.hpp"
 #include "pipeline/register/half_color.hpp"
 
 namespace tactus::firmware {
@@ -129,7 +130,7 @@ class ColorAtTime {
         rgb_(static_cast<std::size_t>(sensor.calibration.color.width) *
              static_cast<std::size_t>(sensor.calibration.color.height) * 3) {}
 
-  /// Empty: there is none within kPairDistanceMax_ns.
+  /// Empty: there is none within Pairing::kSkewMax.
   std::span<const std::uint8_t> at(const hal::FrameHeader& depth) {
     const std::int64_t wanted_ns = time_ns(depth);
     hal::FrameHeader next;
@@ -138,20 +139,19 @@ class ColorAtTime {
       if (status == rt::Status::corrupt) continue;
       if (status != rt::Status::ok) break;
       if (has_frame_ && std::abs(time_ns(next) - wanted_ns) >= std::abs(held_ns_ - wanted_ns)) break;
-      if (time_ns(next) < wanted_ns - kPairDistanceMax_ns) {
+      if (time_ns(next) < wanted_ns - Pairing::kSkewMax.ns) {
         sensor_.color->skip();
         continue;
       }
-      if (!has_frame_ && time_ns(next) > wanted_ns + kPairDistanceMax_ns) return {};
+      if (!has_frame_ && time_ns(next) > wanted_ns + Pairing::kSkewMax.ns) return {};
       has_frame_ = sensor_.color->read(rgb_, next, kFrameTimeout) == rt::Status::ok;
       held_ns_ = time_ns(next);
     }
-    if (!has_frame_ || std::abs(held_ns_ - wanted_ns) > kPairDistanceMax_ns) return {};
+    if (!has_frame_ || std::abs(held_ns_ - wanted_ns) > Pairing::kSkewMax.ns) return {};
     return rgb_;
   }
 
  private:
-  static constexpr std::int64_t kPairDistanceMax_ns = 20'000'000;
   static constexpr int kTriesMax = 100'000;  // frames passed over between two pairs: an hour at 30 Hz
 
   [[nodiscard]] std::int64_t time_ns(const hal::FrameHeader& header) const {

@@ -3,6 +3,8 @@
 #include <memory>
 #include <utility>
 
+#include "pipeline/capture/pairing.hpp"
+
 namespace tactus::firmware {
 namespace {
 
@@ -51,6 +53,22 @@ class Part : public Camera {
   bool has_ended_ = false;
 };
 
+/// Which frame is in the part, peek() says; it is then the next one of `whole_`.
+class ColorPart : public Part<hal::ColorCamera> {
+ public:
+  using Part::Part;
+  rt::Status read(std::span<std::uint8_t> rgb, hal::FrameHeader& header, rt::Duration timeout) override {
+    if (const rt::Status status = peek(header, timeout); status != rt::Status::ok) return status;
+    const rt::Status status = whole_->read(rgb, header, timeout);
+    count();
+    return status;
+  }
+  void skip() override {
+    whole_->skip();
+    count();
+  }
+};
+
 class NumberedDepth final : public Part<hal::DepthCamera> {
  public:
   NumberedDepth(std::unique_ptr<hal::DepthCamera> whole, FrameRange range) : Part(std::move(whole)), range_(range) {}
@@ -78,16 +96,10 @@ class NumberedDepth final : public Part<hal::DepthCamera> {
   std::uint64_t next_ = 0;  // number that the next frame has where none is missing
 };
 
-class NumberedColor final : public Part<hal::ColorCamera> {
+class NumberedColor final : public ColorPart {
  public:
-  NumberedColor(std::unique_ptr<hal::ColorCamera> whole, FrameRange range) : Part(std::move(whole)), range_(range) {}
+  NumberedColor(std::unique_ptr<hal::ColorCamera> whole, FrameRange range) : ColorPart(std::move(whole)), range_(range) {}
 
-  rt::Status read(std::span<std::uint8_t> rgb, hal::FrameHeader& header, rt::Duration timeout) override {
-    if (const rt::Status status = peek(header, timeout); status != rt::Status::ok) return status;
-    const rt::Status status = whole_->read(rgb, header, timeout);
-    count();
-    return status;
-  }
   rt::Status peek(hal::FrameHeader& header, rt::Duration timeout) override {
     for (;;) {
       if (has_ended_) return rt::Status::end_of_stream;
@@ -102,10 +114,6 @@ class NumberedColor final : public Part<hal::ColorCamera> {
       count();
       if (!has_ended_) return status;
     }
-  }
-  void skip() override {
-    whole_->skip();
-    count();
   }
 
  private:
@@ -122,8 +130,6 @@ struct DepthProgress {
     return has_two_clocks ? header.arrived.ns : header.time.ns;
   }
 };
-
-constexpr std::int64_t kPairDistanceMax_ns = 20'000'000;
 
 class NextDepth final : public Part<hal::DepthCamera> {
  public:
@@ -156,25 +162,19 @@ class NextDepth final : public Part<hal::DepthCamera> {
   std::uint64_t taken_count_ = 0;
 };
 
-class NextColor final : public Part<hal::ColorCamera> {
+class NextColor final : public ColorPart {
  public:
   NextColor(std::unique_ptr<hal::ColorCamera> whole, std::shared_ptr<DepthProgress> progress)
-      : Part(std::move(whole)), progress_(std::move(progress)) {}
+      : ColorPart(std::move(whole)), progress_(std::move(progress)) {}
 
-  rt::Status read(std::span<std::uint8_t> rgb, hal::FrameHeader& header, rt::Duration timeout) override {
-    if (const rt::Status status = peek(header, timeout); status != rt::Status::ok) return status;
-    const rt::Status status = whole_->read(rgb, header, timeout);
-    count();
-    return status;
-  }
   rt::Status peek(hal::FrameHeader& header, rt::Duration timeout) override {
     if (!progress_->has_begun) return rt::Status::timeout;
     for (;;) {
       if (has_ended_) return rt::Status::end_of_stream;
       const rt::Status status = whole_->peek(header, timeout);
       const std::int64_t time_ns = progress_->time_ns(header);
-      const bool is_early = time_ns < progress_->first_ns - kPairDistanceMax_ns;
-      const bool is_late = progress_->has_ended && time_ns > progress_->last_ns + kPairDistanceMax_ns;
+      const bool is_early = time_ns < progress_->first_ns - Pairing::kSkewMax.ns;
+      const bool is_late = progress_->has_ended && time_ns > progress_->last_ns + Pairing::kSkewMax.ns;
       gate_.is_open = status == rt::Status::ok && !is_early && !is_late;
       if (status == rt::Status::ok && is_early) {
         whole_->skip();
@@ -186,10 +186,6 @@ class NextColor final : public Part<hal::ColorCamera> {
       count();
       if (!has_ended_) return status;
     }
-  }
-  void skip() override {
-    whole_->skip();
-    count();
   }
 
  private:
